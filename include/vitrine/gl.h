@@ -1,0 +1,34 @@
+/* gl: an OpenGL ES context without a window, what it can do, and owners for its objects. */
+#ifndef VITRINE_GL_H
+#define VITRINE_GL_H
+
+#include "vitrine/core.h"
+
+/* A context on EGL's surfaceless or device platform, current on the calling thread. `es_major` 2 or 3. NULL: logged,
+ * with what EGL offered. */
+struct vit_gl;
+struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log);
+void vit_gl_destroy(struct vit_gl **gl);
+const struct vit_caps *vit_gl_caps(const struct vit_gl *gl);
+/* Where GLSL is read from: NULL = the copies embedded at build time. Borrowed. */
+void vit_gl_set_shader_dir(struct vit_gl *gl, const char *folder);
+const struct vit_log *vit_gl_log(const struct vit_gl *gl);
+
+/* A linked program from shaders/<name>.vert and shaders/<name>.frag behind the prelude for this context, with
+ * `defines` ("NAME" or "NAME VALUE" strings, NULL ends). Returns the GL name, 0 on failure (info log printed with our
+ * file names and lines). */
+unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines);
+
+/* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */
+struct vit_gl_target { unsigned framebuffer, texture; int width, height; unsigned internal_format; };
+VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsigned internal_format, int width, int height);
+void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target);
+
+/* GL errors since the last call, logged with `where`; true if there were none. */
+bool vit_gl_check(struct vit_gl *gl, const char *where);
+
+/* Embedded GLSL; name NULL ends. */
+struct vit_shader_source { const char *name; const char *text; size_t bytes; };
+extern const struct vit_shader_source vit_shader_sources[];
+
+#endif

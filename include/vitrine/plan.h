@@ -1,0 +1,89 @@
+/* plan: the one place of decision. From volume statistics, preset, view and GL capabilities it derives what will be
+ * drawn and how, and what was left out and why. A pure function to a plain value; renderers and the reference obey it. */
+#ifndef VITRINE_PLAN_H
+#define VITRINE_PLAN_H
+
+#include "vitrine/config.h"
+#include "vitrine/optics.h"
+#include "vitrine/volume.h"
+
+/* Features of a shader variant: each becomes a #define VIT_<NAME> in the prelude. X(name, what it compiles in). */
+#define VIT_FEATURES(X) \
+    X(PERSPECTIVE, "rays diverge: slab thickness differs from pixel to pixel") \
+    X(PARTIAL, "slabs cut by the box's faces: thickness from the ray's entry and exit") \
+    X(NEAREST, "nearest-sample texels")
+enum vit_feature_bit {
+#define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
+    VIT_FEATURES(VIT_FEATURE_BIT)
+#undef VIT_FEATURE_BIT
+    VIT_FEATURE_BIT_COUNT
+};
+#define VIT_FEATURE(name) (1u << VIT_FEATURE_BIT_##name)
+
+enum vit_texel { VIT_TEXEL_UNKNOWN = 0, VIT_TEXEL_RGBA8, VIT_TEXEL_RGBA16, VIT_TEXEL_RGBA16F, VIT_TEXEL_COUNT };
+enum vit_target { VIT_TARGET_UNKNOWN = 0, VIT_TARGET_RGBA32F, VIT_TARGET_RGBA16F, VIT_TARGET_RGBA8, VIT_TARGET_COUNT };
+const char *vit_texel_name(enum vit_texel texel);
+size_t vit_texel_bytes(enum vit_texel texel);
+const char *vit_target_name(enum vit_target target);
+size_t vit_target_bytes(enum vit_target target);
+
+/* One thing this picture does without. */
+struct vit_left_out {
+    char what[48];
+    char why[160];
+    uint64_t bytes_saved; /* 0 where unknown or none */
+};
+#define VIT_LEFT_OUT_MAX 32
+
+struct vit_plan {
+    /* what is drawn */
+    enum vit_technique technique;
+    enum vit_classify classify;
+    enum vit_filter filter;
+    const struct vit_transfer *transfer; /* borrowed from the preset */
+    double background[3];
+
+    /* geometry: everything a renderer or the reference needs to trace the same rays */
+    struct vit_camera camera;
+    struct vit_mat4 mm_from_tex, tex_from_mm; /* the whole volume's unit cube ↔ LPS mm */
+    size_t n[3];                              /* voxels: texel centres at (i + ½)/n */
+    double clip_low[3], clip_high[3];         /* the visible box in texture coordinates */
+    /* Slab faces at depth index·slab_mm, measured from the box's centre toward the eye along the view axis; slab i lies
+     * between faces i and i+1. slab_count slabs from slab_first on cover the clipped box. */
+    double slab_mm;
+    int slab_first, slab_count;
+
+    /* how it is drawn */
+    enum vit_path path;
+    char path_why[160];
+    enum vit_texel texel;
+    enum vit_target target;
+    char target_why[160];
+    unsigned features;       /* of VIT_FEATURE() */
+    int slabs_per_pass;      /* slabs composited in the shader before one blend, [1, 64] */
+    uint64_t texture_bytes;  /* of the volume's textures */
+    uint64_t target_bytes;
+
+    struct vit_left_out left_out[VIT_LEFT_OUT_MAX];
+    int left_out_count;
+};
+
+struct vit_plan_request {
+    const struct vit_volume *volume;
+    const struct vit_preset *preset;
+    struct vit_view view;
+    struct vit_caps caps;
+    enum vit_path path;          /* auto, or what the user named */
+    const char *const *keep;     /* rules switched off */
+    size_t keep_count;
+    double budget_ms, max_error; /* 0: none */
+};
+enum vit_plan_result { VIT_PLAN_DONE = 0, VIT_PLAN_WRONG, VIT_PLAN_DOES_NOT_FIT }; /* wrong: unknown rule or value; exit 2, 4 */
+/* Fills *plan. Anything but DONE is logged in one line: which limit, and what fits. */
+VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request, const struct vit_log *log);
+
+/* Rules that --keep can switch off; name NULL ends. */
+struct vit_plan_rule { const char *name, *help; };
+extern const struct vit_plan_rule vit_plan_rules[];
+
+#endif

@@ -1,0 +1,83 @@
+/* volume: a CT volume as 16-bit samples with geometry; how it is made from NRRD, from phantoms, or by a reader that
+ * fills the samples itself. A volume never changes after it is finished. */
+#ifndef VITRINE_VOLUME_H
+#define VITRINE_VOLUME_H
+
+#include "vitrine/core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum vit_sample { VIT_SAMPLE_UNKNOWN = 0, VIT_SAMPLE_I16, VIT_SAMPLE_U16, VIT_SAMPLE_COUNT };
+
+/* Geometry and meaning of the samples. Index i fastest: samples[(k·n[1] + j)·n[0] + i]. */
+struct vit_volume_info {
+    size_t n[3];                  /* samples per axis, each [1, 65535] */
+    enum vit_sample sample;
+    double slope, intercept;      /* hu = slope·raw + intercept; slope finite, not 0 */
+    struct vit_mat4 lps_mm_from_vox; /* (i, j, k) of a sample centre → mm; may be left-handed or sheared */
+    bool is_hu;                   /* the values are Hounsfield units (CT); else stored units of another modality */
+};
+/* True if every field is in range and the sample count fits size_t; logs the reason otherwise. */
+VIT_NODISCARD bool vit_volume_info_check(const struct vit_volume_info *info, const struct vit_log *log);
+size_t vit_volume_info_bytes(const struct vit_volume_info *info); /* of a checked info */
+
+struct vit_volume;
+/* A new volume of zeros to be filled through vit_volume_samples_mut, then finished. NULL: logged. */
+struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const struct vit_log *log);
+void *vit_volume_samples_mut(struct vit_volume *volume); /* NULL once finished */
+/* Computes statistics (parallel); from here on the volume is constant. */
+VIT_NODISCARD bool vit_volume_finish(struct vit_volume *volume, const struct vit_log *log);
+void vit_volume_destroy(struct vit_volume **volume);
+
+const struct vit_volume_info *vit_volume_get_info(const struct vit_volume *volume);
+const void *vit_volume_samples(const struct vit_volume *volume);
+/* HU of one sample; i, j, k are clamped to the edge. */
+double vit_volume_hu(const struct vit_volume *volume, ptrdiff_t i, ptrdiff_t j, ptrdiff_t k);
+
+/* Statistics of a finished volume. */
+#define VIT_BRICK 16 /* voxels per side of a brick */
+struct vit_volume_stats {
+    double hu_min, hu_max;
+    int raw_min, raw_max;
+    size_t bricks[3];             /* ceil(n / VIT_BRICK) */
+    /* Least and greatest raw value of each brick, its neighbours' adjoining samples included (one voxel on every side,
+     * so that interpolation inside the brick stays within): [(bk·bricks[1] + bj)·bricks[0] + bi]. */
+    const int32_t *brick_min, *brick_max;
+    /* Samples per raw value: histogram[raw - raw_min], raw_max - raw_min + 1 entries. */
+    const uint64_t *histogram;
+};
+const struct vit_volume_stats *vit_volume_get_stats(const struct vit_volume *volume);
+
+/* Length of the three voxel edges [mm], and of the shortest. */
+struct vit_vec3 vit_volume_spacing_mm(const struct vit_volume_info *info);
+double vit_volume_spacing_min_mm(const struct vit_volume_info *info);
+/* The volume's box, n·Δ per axis: unit cube → mm (sample centres half a voxel inside). WVW94 2.2.1. */
+struct vit_mat4 vit_volume_mm_from_tex(const struct vit_volume_info *info);
+
+/* NRRD ↔ volume. Integer types of 8 and 16 bits are kept as they are; wider and float types are quantised to 65535 even
+ * steps over their finite range (a warning states the step). Files with no orientation are taken as axial LPS. */
+struct vit_volume *vit_volume_read_nrrd(const char *path, const struct vit_log *log, const struct vit_progress *progress);
+/* Samples are written as stored (with slope and intercept as key/value pairs when they are not 1 and 0). */
+VIT_NODISCARD bool vit_volume_write_nrrd(const struct vit_volume *volume, const char *path, bool gzip, const struct vit_log *log);
+
+/* Analytic test objects. A table; name NULL ends. */
+struct vit_phantom {
+    const char *name;
+    const char *help; /* one line */
+    size_t n[3];
+    double spacing_mm[3];
+    /* HU at a position in mm from the box's centre, LPS; half_mm: half the box's edges. */
+    double (*hu)(struct vit_vec3 mm, struct vit_vec3 half_mm);
+    int supersample; /* samples per axis and voxel to average; 1 = at the sample centre */
+};
+extern const struct vit_phantom vit_phantoms[];
+const struct vit_phantom *vit_phantom_find(const char *name); /* NULL if there is none */
+/* Built in parallel; int16 HU, slope 1, intercept 0, centred on the origin. */
+struct vit_volume *vit_phantom_build(const struct vit_phantom *phantom, const struct vit_log *log, const struct vit_progress *progress);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
