@@ -65,7 +65,7 @@ endif
 VIT_CPPFLAGS = -D_GNU_SOURCE -Iinclude -Isrc -I$(O)/gen $(PKG_CFLAGS)
 VIT_CFLAGS = -std=c11 $(VIT_WARN) $(VIT_CWARN) $(OPT_$(CONFIG)) -fopenmp -MMD -MP
 VIT_CXXFLAGS = -std=c++17 $(VIT_WARN) $(OPT_$(CONFIG)) -fopenmp -MMD -MP
-VIT_LDFLAGS = $(filter -fsanitize% --coverage -g,$(OPT_$(CONFIG))) -fopenmp
+VIT_LDFLAGS = $(filter -fsanitize% --coverage -g,$(OPT_$(CONFIG))) -fopenmp -Wl,--as-needed
 VIT_LDLIBS = $(PKG_LIBS) $(DCMTK_LIBS) -lpthread -lm
 
 # Everything that changes an object without changing a source: a change here rebuilds.

@@ -8,13 +8,35 @@
 
 enum vit_shading { VIT_SHADING_UNKNOWN = 0, VIT_SHADING_NONE, VIT_SHADING_LUT, VIT_SHADING_COUNT };
 enum vit_sphere { VIT_SPHERE_UNKNOWN = 0, VIT_SPHERE_PENTAKIS, VIT_SPHERE_ICOSAHEDRON, VIT_SPHERE_COUNT };
-enum vit_kernel { VIT_KERNEL_UNKNOWN = 0, VIT_KERNEL_CENTRAL, VIT_KERNEL_SOBEL, VIT_KERNEL_INTERMEDIATE, VIT_KERNEL_COUNT };
-enum vit_face { VIT_FACE_RIGHT = 0, VIT_FACE_LEFT, VIT_FACE_ANTERIOR, VIT_FACE_POSTERIOR, VIT_FACE_SUPERIOR, VIT_FACE_INFERIOR, VIT_FACE_COUNT };
+enum vit_kernel {
+    VIT_KERNEL_UNKNOWN = 0,
+    VIT_KERNEL_CENTRAL,
+    VIT_KERNEL_SOBEL,
+    VIT_KERNEL_INTERMEDIATE,
+    VIT_KERNEL_COUNT
+};
+enum vit_face {
+    VIT_FACE_RIGHT = 0,
+    VIT_FACE_LEFT,
+    VIT_FACE_ANTERIOR,
+    VIT_FACE_POSTERIOR,
+    VIT_FACE_SUPERIOR,
+    VIT_FACE_INFERIOR,
+    VIT_FACE_COUNT
+};
 
 #define VIT_LIGHTS_MAX 4
-struct vit_light { double direction[3]; /* toward the light, eye space: x right, y up, z to the viewer */ double color[3]; };
-struct vit_boundary { double hu, scale, reach_vox; };
-struct vit_gradient_point { double gradient; /* HU/mm */ double factor; };
+struct vit_light {
+    double direction[3]; /* toward the light, eye space: x right, y up, z to the viewer */
+    double color[3];
+};
+struct vit_boundary {
+    double hu, scale, reach_vox;
+};
+struct vit_gradient_point {
+    double gradient; /* HU/mm */
+    double factor;
+};
 
 /* One preset, as in ARCHITECTURE.md "Preset file". Made by vit_preset_*, constant afterwards. */
 struct vit_preset {
@@ -45,19 +67,24 @@ struct vit_preset {
     double background[3];
 };
 
-/* By name (built in, then /etc/vitrine/presets) or by path (anything with a slash or ending in .yaml). NULL: logged with
- * file, line, column and what is allowed; an unknown name lists the nearest ones. */
+/* By name (built in, then /etc/vitrine/presets) or by path (anything with a slash or ending in .yaml). NULL: logged
+ * with file, line, column and what is allowed; an unknown name lists the nearest ones. */
 struct vit_preset *vit_preset_create(const char *name_or_path, const struct vit_log *log);
 /* From text in memory; `origin` names it in messages (the fuzzer's way in). */
 struct vit_preset *vit_preset_parse(const char *text, size_t bytes, const char *origin, const struct vit_log *log);
-/* "key=value" with any key of the schema (`sampling.slices_per_voxel=2`, `background=[1,1,1]`, `transfer.points=[…]`). */
+/* "key=value" with any key of the schema (`sampling.slices_per_voxel=2`, `background=[1,1,1]`, `transfer.points=[…]`).
+ */
 VIT_NODISCARD bool vit_preset_set(struct vit_preset *preset, const char *key_is_value, const struct vit_log *log);
 /* Writes the preset back as YAML that parses to the same values. */
 VIT_NODISCARD bool vit_preset_write(const struct vit_preset *preset, FILE *out);
 void vit_preset_destroy(struct vit_preset **preset);
 
 /* The built-in presets, embedded from configs/presets at build time; name NULL ends. */
-struct vit_preset_builtin { const char *name; const char *text; size_t bytes; };
+struct vit_preset_builtin {
+    const char *name;
+    const char *text;
+    size_t bytes;
+};
 extern const struct vit_preset_builtin vit_presets_builtin[];
 /* The keys of the schema as a text table (key, range, default, help) for --help and the README. */
 void vit_preset_keys_print(FILE *out);
@@ -65,8 +92,19 @@ void vit_preset_keys_print(FILE *out);
 /* ---- command line ---------------------------------------------------------------------------------------- */
 
 enum vit_command {
-    VIT_COMMAND_UNKNOWN = 0, VIT_COMMAND_SHOW, VIT_COMMAND_SNAPSHOT, VIT_COMMAND_BENCH, VIT_COMMAND_PLAN, VIT_COMMAND_INFO, VIT_COMMAND_REPORT,
-    VIT_COMMAND_COMPARE, VIT_COMMAND_PHANTOM, VIT_COMMAND_CONVERT, VIT_COMMAND_PRESETS, VIT_COMMAND_CAPS, VIT_COMMAND_COUNT
+    VIT_COMMAND_UNKNOWN = 0,
+    VIT_COMMAND_SHOW,
+    VIT_COMMAND_SNAPSHOT,
+    VIT_COMMAND_BENCH,
+    VIT_COMMAND_PLAN,
+    VIT_COMMAND_INFO,
+    VIT_COMMAND_REPORT,
+    VIT_COMMAND_COMPARE,
+    VIT_COMMAND_PHANTOM,
+    VIT_COMMAND_CONVERT,
+    VIT_COMMAND_PRESETS,
+    VIT_COMMAND_CAPS,
+    VIT_COMMAND_COUNT
 };
 const char *vit_command_name(enum vit_command command);
 
@@ -76,20 +114,20 @@ struct vit_settings {
     enum vit_command command;
     const char *inputs[4096];
     size_t input_count;
-    const char *output;              /* -o */
-    const char *preset;              /* default "bone-classic" */
-    struct vit_view view;            /* --view --size --zoom --projection --fov */
-    enum vit_path path;              /* default auto */
-    const char *series;              /* NULL: choose */
+    const char *output;   /* -o */
+    const char *preset;   /* default "bone-classic" */
+    struct vit_view view; /* --view --size --zoom --projection --fov */
+    enum vit_path path;   /* default auto */
+    const char *series;   /* NULL: choose */
     const char *set[VIT_SETTINGS_LIST_MAX], *keep[VIT_SETTINGS_LIST_MAX], *gl_limit[VIT_SETTINGS_LIST_MAX];
     size_t set_count, keep_count, gl_limit_count;
-    const char *shader_dir;          /* NULL: the embedded ones */
-    double budget_ms, max_error;     /* 0: none */
-    int frames;                      /* bench */
+    const char *shader_dir;      /* NULL: the embedded ones */
+    double budget_ms, max_error; /* 0: none */
+    int frames;                  /* bench */
     bool json, verbose, quiet, help;
     /* compare: limits on absolute error of a channel [0,1], RMS error, least SSIM; NaN = not asked */
     double max_abs_error, max_rms_error, min_ssim;
-    const char *diff;                /* --diff OUT.png */
+    const char *diff; /* --diff OUT.png */
 };
 /* argv[0] is the program. False (logged, one line) on wrong usage. --help sets help and returns true. */
 VIT_NODISCARD bool vit_settings_parse(struct vit_settings *settings, int argc, char **argv, const struct vit_log *log);

@@ -18,7 +18,7 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define VIT_PRINTF(format_index, first_argument) __attribute__((format(printf, format_index, first_argument)))
-#define VIT_NODISCARD __attribute__((warn_unused_result))
+#define VIT_NODISCARD                            __attribute__((warn_unused_result))
 #else
 #define VIT_PRINTF(format_index, first_argument)
 #define VIT_NODISCARD
@@ -30,15 +30,22 @@ extern "C" {
 enum vit_exit {
     VIT_EXIT_DONE = 0,
     VIT_EXIT_FAILED = 1,
-    VIT_EXIT_USAGE = 2,      /* wrong usage, unknown key, bad preset */
-    VIT_EXIT_INPUT = 3,      /* input unreadable or refused */
-    VIT_EXIT_DISPLAY = 4,    /* no usable GL or display, or the scene does not fit them */
-    VIT_EXIT_DIFFERENT = 5,  /* `compare` found a difference */
+    VIT_EXIT_USAGE = 2,     /* wrong usage, unknown key, bad preset */
+    VIT_EXIT_INPUT = 3,     /* input unreadable or refused */
+    VIT_EXIT_DISPLAY = 4,   /* no usable GL or display, or the scene does not fit them */
+    VIT_EXIT_DIFFERENT = 5, /* `compare` found a difference */
 };
 
 /* ---- log ------------------------------------------------------------------------------------------------ */
 
-enum vit_log_level { VIT_LOG_UNKNOWN = 0, VIT_LOG_ERROR, VIT_LOG_WARN, VIT_LOG_INFO, VIT_LOG_DEBUG, VIT_LOG_LEVEL_COUNT };
+enum vit_log_level {
+    VIT_LOG_UNKNOWN = 0,
+    VIT_LOG_ERROR,
+    VIT_LOG_WARN,
+    VIT_LOG_INFO,
+    VIT_LOG_DEBUG,
+    VIT_LOG_LEVEL_COUNT
+};
 
 /* Where messages go. Passed in everywhere, may be NULL (silent). `write` gets one line without a newline and may be
  * called from several threads at once. */
@@ -50,8 +57,8 @@ struct vit_log {
 
 void vit_log_print(const struct vit_log *log, enum vit_log_level level, const char *format, ...) VIT_PRINTF(3, 4);
 #define vit_error(log, ...) vit_log_print((log), VIT_LOG_ERROR, __VA_ARGS__)
-#define vit_warn(log, ...) vit_log_print((log), VIT_LOG_WARN, __VA_ARGS__)
-#define vit_info(log, ...) vit_log_print((log), VIT_LOG_INFO, __VA_ARGS__)
+#define vit_warn(log, ...)  vit_log_print((log), VIT_LOG_WARN, __VA_ARGS__)
+#define vit_info(log, ...)  vit_log_print((log), VIT_LOG_INFO, __VA_ARGS__)
 #define vit_debug(log, ...) vit_log_print((log), VIT_LOG_DEBUG, __VA_ARGS__)
 
 /* ---- progress ------------------------------------------------------------------------------------------- */
@@ -93,9 +100,13 @@ uint64_t vit_memory_peak_bytes(void);
 
 /* ---- geometry in double precision (patient space is DICOM LPS in mm) ------------------------------------ */
 
-struct vit_vec3 { double x, y, z; };
+struct vit_vec3 {
+    double x, y, z;
+};
 /* Row-major: m[row][column]; points are columns; affine matrices have the last row 0 0 0 1. */
-struct vit_mat4 { double m[4][4]; };
+struct vit_mat4 {
+    double m[4][4];
+};
 
 struct vit_vec3 vit_vec3_add(struct vit_vec3 a, struct vit_vec3 b);
 struct vit_vec3 vit_vec3_sub(struct vit_vec3 a, struct vit_vec3 b);
@@ -111,7 +122,7 @@ struct vit_mat4 vit_mat4_translate(double x, double y, double z);
 struct vit_mat4 vit_mat4_mul(struct vit_mat4 a, struct vit_mat4 b); /* a·b: b acts first */
 /* Inverse of an affine matrix; false when its 3×3 part is singular or not finite. */
 VIT_NODISCARD bool vit_mat4_invert(struct vit_mat4 a, struct vit_mat4 *out);
-double vit_mat4_det3(struct vit_mat4 a);                                       /* determinant of the 3×3 part */
+double vit_mat4_det3(struct vit_mat4 a);                                  /* determinant of the 3×3 part */
 struct vit_vec3 vit_mat4_point(struct vit_mat4 a, struct vit_vec3 p);     /* with translation */
 struct vit_vec3 vit_mat4_direction(struct vit_mat4 a, struct vit_vec3 v); /* without */
 
@@ -128,11 +139,29 @@ void vit_outfile_destroy(struct vit_outfile **file); /* throws the text away; ta
 
 /* ---- words shared by presets, plans, renderers and the reference ---------------------------------------- */
 
-enum vit_technique { VIT_TECHNIQUE_UNKNOWN = 0, VIT_TECHNIQUE_COMPOSITE, VIT_TECHNIQUE_MIP, VIT_TECHNIQUE_MINIP, VIT_TECHNIQUE_MEAN, VIT_TECHNIQUE_COUNT };
+enum vit_technique {
+    VIT_TECHNIQUE_UNKNOWN = 0,
+    VIT_TECHNIQUE_COMPOSITE,
+    VIT_TECHNIQUE_MIP,
+    VIT_TECHNIQUE_MINIP,
+    VIT_TECHNIQUE_MEAN,
+    VIT_TECHNIQUE_COUNT
+};
 enum vit_filter { VIT_FILTER_UNKNOWN = 0, VIT_FILTER_LINEAR, VIT_FILTER_NEAREST, VIT_FILTER_COUNT };
-enum vit_classify { VIT_CLASSIFY_UNKNOWN = 0, VIT_CLASSIFY_PRE, VIT_CLASSIFY_POST, VIT_CLASSIFY_SLAB, VIT_CLASSIFY_COUNT };
+enum vit_classify {
+    VIT_CLASSIFY_UNKNOWN = 0,
+    VIT_CLASSIFY_PRE,
+    VIT_CLASSIFY_POST,
+    VIT_CLASSIFY_SLAB,
+    VIT_CLASSIFY_COUNT
+};
 enum vit_path { VIT_PATH_UNKNOWN = 0, VIT_PATH_AUTO, VIT_PATH_3D, VIT_PATH_STACKS, VIT_PATH_REFERENCE, VIT_PATH_COUNT };
-enum vit_projection { VIT_PROJECTION_UNKNOWN = 0, VIT_PROJECTION_ORTHO, VIT_PROJECTION_PERSPECTIVE, VIT_PROJECTION_COUNT };
+enum vit_projection {
+    VIT_PROJECTION_UNKNOWN = 0,
+    VIT_PROJECTION_ORTHO,
+    VIT_PROJECTION_PERSPECTIVE,
+    VIT_PROJECTION_COUNT
+};
 
 /* The names the command line and presets use ("composite", "linear", "pre", "3d", "ortho"); "unknown" out of range. */
 const char *vit_technique_name(enum vit_technique technique);
@@ -157,13 +186,13 @@ VIT_NODISCARD bool vit_view_parse_direction(struct vit_view *view, const char *t
 
 /* The view applied to one volume's box. All vectors unit length, LPS mm. Screen x grows right, y grows up. */
 struct vit_camera {
-    struct vit_vec3 center_mm;        /* the box's centre */
-    struct vit_vec3 toward_eye;       /* from the centre to the camera */
-    struct vit_vec3 right, up;        /* roll included; right × up = toward_eye */
-    double diagonal_mm;               /* longest corner-to-corner diagonal of the box (WVW94's d) */
+    struct vit_vec3 center_mm;  /* the box's centre */
+    struct vit_vec3 toward_eye; /* from the centre to the camera */
+    struct vit_vec3 right, up;  /* roll included; right × up = toward_eye */
+    double diagonal_mm;         /* longest corner-to-corner diagonal of the box (WVW94's d) */
     bool perspective;
-    double eye_mm;                    /* distance eye to centre; perspective only, else 0 */
-    double pixel_mm;                  /* size of a pixel in the plane through the centre */
+    double eye_mm;   /* distance eye to centre; perspective only, else 0 */
+    double pixel_mm; /* size of a pixel in the plane through the centre */
     int width_px, height_px;
 };
 /* mm_from_tex maps the unit cube [0,1]³ to the volume's box (n·Δ per axis, WVW94). */
@@ -171,25 +200,26 @@ struct vit_camera vit_camera_make(const struct vit_view *view, struct vit_mat4 m
 /* The ray of pixel (column, row from the top), through the pixel's centre: origin on the plane through the box's
  * centre (ortho) or at the eye (perspective); direction away from the eye, scaled so that one unit of the ray's
  * parameter is 1 mm along the view axis (so slab faces are at equal parameters for every pixel). */
-void vit_camera_ray(const struct vit_camera *camera, double column, double row, struct vit_vec3 *origin_mm, struct vit_vec3 *direction);
+void vit_camera_ray(const struct vit_camera *camera, double column, double row, struct vit_vec3 *origin_mm,
+                    struct vit_vec3 *direction);
 
 /* What the GL can do, as plain values: filled by gl, or by a test. X(type, name, what it is). */
-#define VIT_CAPS_LIMITS(X) \
-    X(int, gles_major, "OpenGL ES major version") \
-    X(int, gles_minor, "OpenGL ES minor version") \
-    X(int, max_texture_size, "largest 2D texture side [texels]") \
-    X(int, max_3d_texture_size, "largest 3D texture side [texels]; 0 without 3D textures") \
-    X(int, max_texture_mib, "largest texture memory to use [MiB]; 0 = unknown") \
-    X(int, texture_norm16, "16-bit normalised textures (EXT_texture_norm16)") \
-    X(int, texture_half_float_linear, "half-float textures with linear filter") \
-    X(int, texture_float_linear, "float textures with linear filter") \
-    X(int, color_buffer_half_float, "rendering to RGBA16F") \
-    X(int, color_buffer_float, "rendering to RGBA32F") \
-    X(int, float_blend, "blending to RGBA32F (EXT_float_blend)") \
-    X(int, texture_npot, "textures of any size with mipmaps and repeat") \
-    X(int, fragment_highp, "32-bit floats in fragment shaders") \
-    X(int, timer_query, "GPU timers (EXT_disjoint_timer_query)") \
-    X(int, program_binary, "program binaries") \
+#define VIT_CAPS_LIMITS(X)                                                                                             \
+    X(int, gles_major, "OpenGL ES major version")                                                                      \
+    X(int, gles_minor, "OpenGL ES minor version")                                                                      \
+    X(int, max_texture_size, "largest 2D texture side [texels]")                                                       \
+    X(int, max_3d_texture_size, "largest 3D texture side [texels]; 0 without 3D textures")                             \
+    X(int, max_texture_mib, "largest texture memory to use [MiB]; 0 = unknown")                                        \
+    X(int, texture_norm16, "16-bit normalised textures (EXT_texture_norm16)")                                          \
+    X(int, texture_half_float_linear, "half-float textures with linear filter")                                        \
+    X(int, texture_float_linear, "float textures with linear filter")                                                  \
+    X(int, color_buffer_half_float, "rendering to RGBA16F")                                                            \
+    X(int, color_buffer_float, "rendering to RGBA32F")                                                                 \
+    X(int, float_blend, "blending to RGBA32F (EXT_float_blend)")                                                       \
+    X(int, texture_npot, "textures of any size with mipmaps and repeat")                                               \
+    X(int, fragment_highp, "32-bit floats in fragment shaders")                                                        \
+    X(int, timer_query, "GPU timers (EXT_disjoint_timer_query)")                                                       \
+    X(int, program_binary, "program binaries")                                                                         \
     X(int, debug, "KHR_debug")
 struct vit_caps {
     char vendor[64], renderer[128], version[128];
@@ -198,7 +228,8 @@ struct vit_caps {
     VIT_CAPS_LIMITS(VIT_CAPS_FIELD)
 #undef VIT_CAPS_FIELD
 };
-/* Pretends a smaller limit: "NAME=VALUE" with a name of VIT_CAPS_LIMITS. Only lowers. False (logged, with the allowed names). */
+/* Pretends a smaller limit: "NAME=VALUE" with a name of VIT_CAPS_LIMITS. Only lowers. False (logged, with the allowed
+ * names). */
 VIT_NODISCARD bool vit_caps_limit(struct vit_caps *caps, const char *name_is_value, const struct vit_log *log);
 
 /* A picture: float RGBA, premultiplied, row 0 at the top, rgba[(row·width + column)·4 + channel]. Not clamped. */
@@ -207,7 +238,7 @@ struct vit_frame {
     float *rgba;
 };
 VIT_NODISCARD bool vit_frame_init(struct vit_frame *frame, int width_px, int height_px); /* zeroed */
-void vit_frame_clear(struct vit_frame *frame);                                         /* frees; takes a zeroed one */
+void vit_frame_clear(struct vit_frame *frame);                                           /* frees; takes a zeroed one */
 
 #ifdef __cplusplus
 }

@@ -11,35 +11,39 @@ extern "C" {
 
 /* One stack: slices of one series with the same orientation, matrix and acquisition, ordered along the slice normal. */
 struct vit_dicom_stack {
-    const char *series_uid;       /* never shown unless asked for: it may identify */
-    int series_number;            /* -1 when absent */
-    int acquisition_number;       /* -1 when absent */
-    const char *modality;         /* "CT", … */
-    const char *plane;            /* "axial", "coronal", "sagittal", "oblique" */
-    const char *transfer_syntax;  /* readable name of the first file's */
+    const char *series_uid;      /* never shown unless asked for: it may identify */
+    int series_number;           /* -1 when absent */
+    int acquisition_number;      /* -1 when absent */
+    const char *modality;        /* "CT", … */
+    const char *plane;           /* "axial", "coronal", "sagittal", "oblique" */
+    const char *transfer_syntax; /* readable name of the first file's */
     size_t slices;
-    struct vit_volume_info info;  /* what vit_dicom_stack_read will deliver */
-    double slice_thickness_mm;    /* the tag, for information only; 0 when absent */
-    bool readable;                /* false: refused says why, in one line */
+    struct vit_volume_info info; /* what vit_dicom_stack_read will deliver */
+    double slice_thickness_mm;   /* the tag, for information only; 0 when absent */
+    bool readable;               /* false: refused says why, in one line */
     const char *refused;
-    const char *const *warnings;  /* "stable-id: text", NULL ends */
+    const char *const *warnings; /* "stable-id: text", NULL ends */
 };
 
 /* What was found in a set of paths. */
 struct vit_dicom_scan;
 /* Paths are files or folders (walked recursively; FIFOs and devices are skipped, symlink loops harmless). Headers are
  * read in parallel. NULL (logged) when a path cannot be read or nothing in them is DICOM. */
-struct vit_dicom_scan *vit_dicom_scan_create(const char *const *paths, size_t path_count, const struct vit_log *log, const struct vit_progress *progress);
+struct vit_dicom_scan *vit_dicom_scan_create(const char *const *paths, size_t path_count, const struct vit_log *log,
+                                             const struct vit_progress *progress);
 size_t vit_dicom_scan_stack_count(const struct vit_dicom_scan *scan);
 const struct vit_dicom_stack *vit_dicom_scan_stack(const struct vit_dicom_scan *scan, size_t index);
-/* Files that belong to no stack (no pixels, not an image, unreadable, …): count and one-line reasons ("path: reason"). */
+/* Files that belong to no stack (no pixels, not an image, unreadable, …): count and one-line reasons ("path: reason").
+ */
 size_t vit_dicom_scan_rejected_count(const struct vit_dicom_scan *scan);
 const char *vit_dicom_scan_rejected(const struct vit_dicom_scan *scan, size_t index);
 /* By "N" (the number `info` shows, from 1) or series UID; NULL chooses: the largest CT axial stack, else the largest
  * CT, else the largest readable. Returns the index, or -1 (logged, with what there is). */
 ptrdiff_t vit_dicom_scan_choose(const struct vit_dicom_scan *scan, const char *series, const struct vit_log *log);
-/* Decodes the stack over all cores into `samples` (vit_volume_info_bytes(&stack->info) bytes, caller's). False: logged. */
-VIT_NODISCARD bool vit_dicom_stack_read(const struct vit_dicom_scan *scan, size_t index, void *samples, size_t bytes, const struct vit_log *log, const struct vit_progress *progress);
+/* Decodes the stack over all cores into `samples` (vit_volume_info_bytes(&stack->info) bytes, caller's). False: logged.
+ */
+VIT_NODISCARD bool vit_dicom_stack_read(const struct vit_dicom_scan *scan, size_t index, void *samples, size_t bytes,
+                                        const struct vit_log *log, const struct vit_progress *progress);
 void vit_dicom_scan_destroy(struct vit_dicom_scan **scan);
 
 /* True if the path is a folder, or a file that starts like DICOM (preamble, or a plausible first element). */
@@ -49,7 +53,8 @@ bool vit_dicom_probe(const char *path);
  * absent. Passes dciodvfy; reading it back gives the same HU and geometry. Left-handed matrices are written with the
  * slice order that makes them right-handed patient space (same picture). UIDs are derived from the content, so the same
  * volume gives the same files. The folder appears whole or not at all. */
-VIT_NODISCARD bool vit_dicom_write(const struct vit_volume *volume, const char *folder, const struct vit_log *log, const struct vit_progress *progress);
+VIT_NODISCARD bool vit_dicom_write(const struct vit_volume *volume, const char *folder, const struct vit_log *log,
+                                   const struct vit_progress *progress);
 
 #ifdef __cplusplus
 }

@@ -20,15 +20,24 @@ const struct vit_log *vit_gl_log(const struct vit_gl *gl);
 unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines);
 
 /* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */
-struct vit_gl_target { unsigned framebuffer, texture; int width, height; unsigned internal_format; };
-VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsigned internal_format, int width, int height);
+struct vit_gl_target {
+    unsigned framebuffer, texture;
+    int width, height;
+    unsigned internal_format;
+};
+VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsigned internal_format,
+                                        int width, int height);
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target);
 
 /* GL errors since the last call, logged with `where`; true if there were none. */
 bool vit_gl_check(struct vit_gl *gl, const char *where);
 
 /* Embedded GLSL; name NULL ends. */
-struct vit_shader_source { const char *name; const char *text; size_t bytes; };
+struct vit_shader_source {
+    const char *name;
+    const char *text;
+    size_t bytes;
+};
 extern const struct vit_shader_source vit_shader_sources[];
 
 #endif

@@ -7,8 +7,18 @@
 #include "vitrine/core.h"
 
 enum vit_nrrd_type {
-    VIT_NRRD_UNKNOWN = 0, VIT_NRRD_I8, VIT_NRRD_U8, VIT_NRRD_I16, VIT_NRRD_U16, VIT_NRRD_I32, VIT_NRRD_U32,
-    VIT_NRRD_I64, VIT_NRRD_U64, VIT_NRRD_F32, VIT_NRRD_F64, VIT_NRRD_TYPE_COUNT
+    VIT_NRRD_UNKNOWN = 0,
+    VIT_NRRD_I8,
+    VIT_NRRD_U8,
+    VIT_NRRD_I16,
+    VIT_NRRD_U16,
+    VIT_NRRD_I32,
+    VIT_NRRD_U32,
+    VIT_NRRD_I64,
+    VIT_NRRD_U64,
+    VIT_NRRD_F32,
+    VIT_NRRD_F64,
+    VIT_NRRD_TYPE_COUNT
 };
 size_t vit_nrrd_type_bytes(enum vit_nrrd_type type); /* 0 for unknown */
 
@@ -24,7 +34,8 @@ struct vit_nrrd_header {
      * `spacings` only gives a diagonal matrix and has_orientation = false. */
     bool has_geometry, has_orientation;
     struct vit_mat4 lps_mm_from_index;
-    double slope, intercept; /* value = slope·sample + intercept; 1, 0 unless key/value `vitrine slope/intercept` say so */
+    double slope,
+        intercept; /* value = slope·sample + intercept; 1, 0 unless key/value `vitrine slope/intercept` say so */
 };
 
 /* An opened file: header parsed and checked (sizes consistent with the file, no absurd products). */
@@ -38,6 +49,7 @@ VIT_NODISCARD bool vit_nrrd_reader_read(struct vit_nrrd_reader *reader, void *ou
 void vit_nrrd_reader_destroy(struct vit_nrrd_reader **reader);
 
 /* Writes header and data; .nhdr writes a detached NAME.raw or NAME.raw.gz beside it. Appears whole or not at all. */
-VIT_NODISCARD bool vit_nrrd_write(const char *path, const struct vit_nrrd_header *header, const void *samples, const struct vit_log *log);
+VIT_NODISCARD bool vit_nrrd_write(const char *path, const struct vit_nrrd_header *header, const void *samples,
+                                  const struct vit_log *log);
 
 #endif

@@ -34,7 +34,8 @@ double vit_transfer_attenuation(const struct vit_transfer *transfer, const struc
  * A = 1 - e^(-τΔ), C = L·A; glow g: C = g·(1 - e^(-τΔ))/τ, g·Δ as τ → 0. Finite for every τ in [0, inf]. */
 void vit_transfer_slab(const struct vit_transfer *transfer, double hu, double thickness_mm, double rgba[4]);
 
-/* True if opacity (or attenuation), and with glow emission, is 0 over all of [hu_low, hu_high]: nothing to see there. */
+/* True if opacity (or attenuation), and with glow emission, is 0 over all of [hu_low, hu_high]: nothing to see there.
+ */
 bool vit_transfer_is_empty(const struct vit_transfer *transfer, double hu_low, double hu_high);
 
 #endif

@@ -1,5 +1,6 @@
 /* plan: the one place of decision. From volume statistics, preset, view and GL capabilities it derives what will be
- * drawn and how, and what was left out and why. A pure function to a plain value; renderers and the reference obey it. */
+ * drawn and how, and what was left out and why. A pure function to a plain value; renderers and the reference obey it.
+ */
 #ifndef VITRINE_PLAN_H
 #define VITRINE_PLAN_H
 
@@ -8,15 +9,15 @@
 #include "vitrine/volume.h"
 
 /* Features of a shader variant: each becomes a #define VIT_<NAME> in the prelude. X(name, what it compiles in). */
-#define VIT_FEATURES(X) \
-    X(PERSPECTIVE, "rays diverge: slab thickness differs from pixel to pixel") \
-    X(PARTIAL, "slabs cut by the box's faces: thickness from the ray's entry and exit") \
+#define VIT_FEATURES(X)                                                                                                \
+    X(PERSPECTIVE, "rays diverge: slab thickness differs from pixel to pixel")                                         \
+    X(PARTIAL, "slabs cut by the box's faces: thickness from the ray's entry and exit")                                \
     X(NEAREST, "nearest-sample texels")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
 #undef VIT_FEATURE_BIT
-    VIT_FEATURE_BIT_COUNT
+        VIT_FEATURE_BIT_COUNT
 };
 #define VIT_FEATURE(name) (1u << VIT_FEATURE_BIT_##name)
 
@@ -59,9 +60,9 @@ struct vit_plan {
     enum vit_texel texel;
     enum vit_target target;
     char target_why[160];
-    unsigned features;       /* of VIT_FEATURE() */
-    int slabs_per_pass;      /* slabs composited in the shader before one blend, [1, 64] */
-    uint64_t texture_bytes;  /* of the volume's textures */
+    unsigned features;      /* of VIT_FEATURE() */
+    int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 64] */
+    uint64_t texture_bytes; /* of the volume's textures */
     uint64_t target_bytes;
 
     struct vit_left_out left_out[VIT_LEFT_OUT_MAX];
@@ -73,17 +74,24 @@ struct vit_plan_request {
     const struct vit_preset *preset;
     struct vit_view view;
     struct vit_caps caps;
-    enum vit_path path;          /* auto, or what the user named */
-    const char *const *keep;     /* rules switched off */
+    enum vit_path path;      /* auto, or what the user named */
+    const char *const *keep; /* rules switched off */
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
 };
-enum vit_plan_result { VIT_PLAN_DONE = 0, VIT_PLAN_WRONG, VIT_PLAN_DOES_NOT_FIT }; /* wrong: unknown rule or value; exit 2, 4 */
+enum vit_plan_result {
+    VIT_PLAN_DONE = 0,
+    VIT_PLAN_WRONG,
+    VIT_PLAN_DOES_NOT_FIT
+}; /* wrong: unknown rule or value; exit 2, 4 */
 /* Fills *plan. Anything but DONE is logged in one line: which limit, and what fits. */
-VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request, const struct vit_log *log);
+VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request,
+                                                 const struct vit_log *log);
 
 /* Rules that --keep can switch off; name NULL ends. */
-struct vit_plan_rule { const char *name, *help; };
+struct vit_plan_rule {
+    const char *name, *help;
+};
 extern const struct vit_plan_rule vit_plan_rules[];
 
 #endif

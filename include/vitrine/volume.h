@@ -13,11 +13,11 @@ enum vit_sample { VIT_SAMPLE_UNKNOWN = 0, VIT_SAMPLE_I16, VIT_SAMPLE_U16, VIT_SA
 
 /* Geometry and meaning of the samples. Index i fastest: samples[(k·n[1] + j)·n[0] + i]. */
 struct vit_volume_info {
-    size_t n[3];                  /* samples per axis, each [1, 65535] */
+    size_t n[3]; /* samples per axis, each [1, 65535] */
     enum vit_sample sample;
-    double slope, intercept;      /* hu = slope·raw + intercept; slope finite, not 0 */
+    double slope, intercept;         /* hu = slope·raw + intercept; slope finite, not 0 */
     struct vit_mat4 lps_mm_from_vox; /* (i, j, k) of a sample centre → mm; may be left-handed or sheared */
-    bool is_hu;                   /* the values are Hounsfield units (CT); else stored units of another modality */
+    bool is_hu;                      /* the values are Hounsfield units (CT); else stored units of another modality */
 };
 /* True if every field is in range and the sample count fits size_t; logs the reason otherwise. */
 VIT_NODISCARD bool vit_volume_info_check(const struct vit_volume_info *info, const struct vit_log *log);
@@ -41,7 +41,7 @@ double vit_volume_hu(const struct vit_volume *volume, ptrdiff_t i, ptrdiff_t j, 
 struct vit_volume_stats {
     double hu_min, hu_max;
     int raw_min, raw_max;
-    size_t bricks[3];             /* ceil(n / VIT_BRICK) */
+    size_t bricks[3]; /* ceil(n / VIT_BRICK) */
     /* Least and greatest raw value of each brick, its neighbours' adjoining samples included (one voxel on every side,
      * so that interpolation inside the brick stays within): [(bk·bricks[1] + bj)·bricks[0] + bi]. */
     const int32_t *brick_min, *brick_max;
@@ -58,9 +58,11 @@ struct vit_mat4 vit_volume_mm_from_tex(const struct vit_volume_info *info);
 
 /* NRRD ↔ volume. Integer types of 8 and 16 bits are kept as they are; wider and float types are quantised to 65535 even
  * steps over their finite range (a warning states the step). Files with no orientation are taken as axial LPS. */
-struct vit_volume *vit_volume_read_nrrd(const char *path, const struct vit_log *log, const struct vit_progress *progress);
+struct vit_volume *vit_volume_read_nrrd(const char *path, const struct vit_log *log,
+                                        const struct vit_progress *progress);
 /* Samples are written as stored (with slope and intercept as key/value pairs when they are not 1 and 0). */
-VIT_NODISCARD bool vit_volume_write_nrrd(const struct vit_volume *volume, const char *path, bool gzip, const struct vit_log *log);
+VIT_NODISCARD bool vit_volume_write_nrrd(const struct vit_volume *volume, const char *path, bool gzip,
+                                         const struct vit_log *log);
 
 /* Analytic test objects. A table; name NULL ends. */
 struct vit_phantom {
@@ -75,7 +77,8 @@ struct vit_phantom {
 extern const struct vit_phantom vit_phantoms[];
 const struct vit_phantom *vit_phantom_find(const char *name); /* NULL if there is none */
 /* Built in parallel; int16 HU, slope 1, intercept 0, centred on the origin. */
-struct vit_volume *vit_phantom_build(const struct vit_phantom *phantom, const struct vit_log *log, const struct vit_progress *progress);
+struct vit_volume *vit_phantom_build(const struct vit_phantom *phantom, const struct vit_log *log,
+                                     const struct vit_progress *progress);
 
 #ifdef __cplusplus
 }
