@@ -1,0 +1,32 @@
+#!/bin/sh
+# lint.sh - TAP of what clang-format, clang-tidy and cppcheck say; `make lint` calls it. LINT_FILES: what is looked at.
+# LINT_DIR: what the Makefile left there, `SOURCE.tidy` and `cppcheck`; empty means clean. One with findings is taken
+# away, so that the next run looks again.
+. "$(dirname "$0")/tap.sh"
+: "${LINT_DIR:?}" "${LINT_FILES:?}"
+for file in $LINT_FILES; do
+    tap_run "clang-format $file" clang-format --dry-run -Werror "$file"
+done
+for file in $LINT_FILES; do
+    stamp=$LINT_DIR/$file.tidy
+    case $file in *.h) continue ;; esac
+    if [ ! -e "$stamp" ]; then
+        echo "clang-tidy did not run" >"$tap_out"
+        tap_fail "clang-tidy $file"
+    elif [ -s "$stamp" ]; then
+        mv "$stamp" "$tap_out"
+        tap_fail "clang-tidy $file"
+    else
+        tap_pass "clang-tidy $file"
+    fi
+done
+if [ ! -e "$LINT_DIR/cppcheck" ]; then
+    echo "cppcheck did not run" >"$tap_out"
+    tap_fail "cppcheck"
+elif [ -s "$LINT_DIR/cppcheck" ]; then
+    mv "$LINT_DIR/cppcheck" "$tap_out"
+    tap_fail "cppcheck"
+else
+    tap_pass "cppcheck"
+fi
+tap_done
