@@ -52,7 +52,6 @@ function whole(why) {
 { text[NR] = $0 }
 /^1\.\.[0-9]+/ { planned += substr($0, 4) + 0; has_plan = 1; number = 0; next }
 /^(not )?ok [0-9]+/ { result($0); next }
-/^# (not )?ok - / { text[NR] = ""; next } # cmocka, on the group
 /^# / { next }
 match($0, /(not )?ok [0-9]+ (- |# SKIP)/) {
     line = substr($0, RSTART)
@@ -73,7 +72,7 @@ END {
     if (skipped) printf ", %d skipped", skipped
     printf "\n"
     if (failed) {
-        for (i = 1; i <= NR; i++) if (text[i] != "" && text[i] !~ /^ok /) print "    " text[i]
+        for (i = 1; i <= NR; i++) print "    " text[i]
         printf "%s", reason
     } else {
         for (i = 1; i <= NR; i++) if (text[i] ~ /^# /) print "    " text[i]

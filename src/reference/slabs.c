@@ -1,0 +1,100 @@
+/* Ideal slabs: the plan's slabs with nothing lost to formats, tables and drivers. What they differ from the continuous
+ * reference by is the method's own error: the floor that a renderer of the same slabs can reach. */
+#include "reference_private.h"
+
+#include <math.h>
+
+/* Part of slab `index` on the ray, as the walk's parameter; false if there is none. */
+static bool slab_part(const struct ref_walk *walk, int index, double *from, double *to)
+{
+    double h = walk->reference->plan->slab_mm;
+    *from = fmax(walk->at, walk->near_mm - (index + 1) * h);
+    *to = fmin(walk->end, walk->near_mm - index * h);
+    return *from < *to;
+}
+
+static void add_slab(struct ref_light *light, const struct ref_walk *walk, double from, double to)
+{
+    const struct vit_reference *r = walk->reference;
+    double front = ref_walk_hu(walk, from), back = ref_walk_hu(walk, to);
+    struct ref_cubic cubic = {{front, back - front, 0, 0}};
+    if (!ref_pieces_are_empty(&r->pieces, fmin(front, back), fmax(front, back)))
+        ref_light_add(light, &r->quadrature, &r->pieces, &cubic, (to - from) * walk->mm,
+                      (to - from) / (walk->end - walk->at));
+}
+
+static void add_rgba(struct ref_light *light, const double rgba[4])
+{
+    for (int c = 0; c < 3; c++)
+        light->color[c] += light->transmittance * rgba[c];
+    light->transmittance *= 1 - rgba[3];
+}
+
+static void add_post(struct ref_light *light, const struct ref_walk *walk, double from, double to)
+{
+    double rgba[4];
+    vit_transfer_slab(walk->reference->plan->transfer, ref_walk_hu(walk, (from + to) / 2), (to - from) * walk->mm,
+                      rgba);
+    add_rgba(light, rgba);
+}
+
+static void add_pre(struct ref_light *light, const struct ref_walk *walk, double from, double to)
+{
+    const struct vit_reference *r = walk->reference;
+    ptrdiff_t place[8];
+    double weight[8], rgba[4] = {0, 0, 0, 0};
+    int count = ref_walk_corners(walk, (from + to) / 2, place, weight);
+    for (int i = 0; i < count; i++) {
+        const double *texel = r->texel[ref_raw(r, place[i]) - r->raw_min];
+        for (int c = 0; c < 4; c++)
+            rgba[c] += weight[i] * texel[c];
+    }
+    double k = (to - from) * walk->mm / r->plan->slab_mm;
+    double alpha = rgba[3] < 1 ? -expm1(k * log1p(-rgba[3])) : 1;
+    double scale = rgba[3] > 0 ? alpha / rgba[3] : k;
+    for (int c = 0; c < 3; c++)
+        rgba[c] *= scale;
+    rgba[3] = alpha;
+    add_rgba(light, rgba);
+}
+
+void ref_slabs_composite(const struct ref_walk *walk, double rgba[4])
+{
+    const struct vit_plan *plan = walk->reference->plan;
+    struct ref_light light = {.transmittance = 1};
+    for (int i = plan->slab_first + plan->slab_count - 1; i >= plan->slab_first; i--) {
+        double from, to;
+        if (light.transmittance <= walk->reference->quadrature.cut)
+            break;
+        if (!slab_part(walk, i, &from, &to))
+            continue;
+        if (plan->classify == VIT_CLASSIFY_SLAB)
+            add_slab(&light, walk, from, to);
+        else if (plan->classify == VIT_CLASSIFY_POST)
+            add_post(&light, walk, from, to);
+        else
+            add_pre(&light, walk, from, to);
+    }
+    for (int c = 0; c < 3; c++)
+        rgba[c] = light.color[c];
+    rgba[3] = 1 - light.transmittance;
+}
+
+double ref_slabs_reduce(const struct ref_walk *walk)
+{
+    const struct vit_plan *plan = walk->reference->plan;
+    double low = INFINITY, high = -INFINITY, sum = 0, length = 0;
+    for (int i = plan->slab_first + plan->slab_count - 1; i >= plan->slab_first; i--) {
+        double from, to;
+        if (!slab_part(walk, i, &from, &to))
+            continue;
+        double middle = (from + to) / 2;
+        bool faces = plan->classify == VIT_CLASSIFY_SLAB;
+        double a = ref_walk_hu(walk, faces ? from : middle), b = faces ? ref_walk_hu(walk, to) : a;
+        low = fmin(low, fmin(a, b));
+        high = fmax(high, fmax(a, b));
+        sum += (a + b) / 2 * (to - from);
+        length += to - from;
+    }
+    return plan->technique == VIT_TECHNIQUE_MIP ? high : plan->technique == VIT_TECHNIQUE_MINIP ? low : sum / length;
+}
