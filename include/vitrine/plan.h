@@ -9,10 +9,7 @@
 #include "vitrine/volume.h"
 
 /* Features of a shader variant: each becomes a #define VIT_<NAME> in the prelude. X(name, what it compiles in). */
-#define VIT_FEATURES(X)                                                                                                \
-    X(PERSPECTIVE, "rays diverge: slab thickness differs from pixel to pixel")                                         \
-    X(PARTIAL, "slabs cut by the box's faces: thickness from the ray's entry and exit")                                \
-    X(NEAREST, "nearest-sample texels")
+#define VIT_FEATURES(X) X(PERSPECTIVE, "rays diverge: a slab's thickness differs from pixel to pixel")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -49,10 +46,14 @@ struct vit_plan {
     struct vit_mat4 mm_from_tex, tex_from_mm; /* the whole volume's unit cube ↔ LPS mm */
     size_t n[3];                              /* voxels: texel centres at (i + ½)/n */
     double clip_low[3], clip_high[3];         /* the visible box in texture coordinates */
+    /* The part of the visible box that holds anything to see: polygons cover only this, rays still end at the visible
+     * box, so that the picture is the same to the bit. Equal to the visible box where the rule is off. */
+    double draw_low[3], draw_high[3];
     /* Slab faces at depth index·slab_mm, measured from the box's centre toward the eye along the view axis; slab i lies
      * between faces i and i+1. slab_count slabs from slab_first on cover the clipped box. */
     double slab_mm;
     int slab_first, slab_count;
+    double near_mm; /* depth of the nearest point drawn: the box's, or just before the eye where that is nearer */
 
     /* how it is drawn */
     enum vit_path path;

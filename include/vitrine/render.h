@@ -9,7 +9,6 @@
 struct vit_render_stats {
     double setup_ms; /* textures, programs: what happened before the first frame */
     double frame_ms; /* the last frame, finished */
-    double gpu_ms;   /* the same by GL timer, < 0 where there is none */
     uint64_t texture_bytes;
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */
     int slices;         /* slabs drawn */

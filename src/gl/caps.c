@@ -1,0 +1,73 @@
+/* What the current context can do, as plain values. */
+#include <GLES3/gl3.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <GLES2/gl2ext.h>
+
+#include "gl_private.h"
+
+static bool has(const char *extensions, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *at = extensions; at && (at = strstr(at, name)); at += length)
+        if ((at == extensions || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
+            return true;
+    return false;
+}
+
+static void copy_string(char *out, size_t bytes, GLenum name)
+{
+    const char *text = (const char *)glGetString(name);
+    snprintf(out, bytes, "%s", text ? text : "unknown");
+}
+
+static void read_version(struct vit_caps *caps)
+{
+    /* "OpenGL ES N.M vendor text", fixed by the ES specification. */
+    static const char prefix[] = "OpenGL ES ";
+    if (strncmp(caps->version, prefix, sizeof prefix - 1) == 0) {
+        char *end;
+        caps->gles_major = (int)strtol(caps->version + sizeof prefix - 1, &end, 10);
+        caps->gles_minor = *end == '.' ? (int)strtol(end + 1, NULL, 10) : 0;
+    }
+}
+
+void vit_gl_caps_read(struct vit_caps *caps)
+{
+    static const char *const software[] = {"llvmpipe", "softpipe", "swrast", "Software Rasterizer", "SWR"};
+    *caps = (struct vit_caps){0};
+    copy_string(caps->vendor, sizeof caps->vendor, GL_VENDOR);
+    copy_string(caps->renderer, sizeof caps->renderer, GL_RENDERER);
+    copy_string(caps->version, sizeof caps->version, GL_VERSION);
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(software); i++)
+        caps->software = caps->software || strstr(caps->renderer, software[i]);
+    read_version(caps);
+    bool es3 = caps->gles_major >= 3;
+    const char *extensions = (const char *)glGetString(GL_EXTENSIONS);
+    if (!extensions)
+        extensions = "";
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &caps->max_texture_size);
+    if (es3)
+        glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &caps->max_3d_texture_size);
+    GLint range[2] = {0, 0}, bits = 0;
+    glGetShaderPrecisionFormat(GL_FRAGMENT_SHADER, GL_HIGH_FLOAT, range, &bits);
+    caps->fragment_highp = bits >= 23;
+    caps->texture_norm16 = es3 && has(extensions, "GL_EXT_texture_norm16");
+    caps->texture_half_float_linear = es3 || has(extensions, "GL_OES_texture_half_float_linear");
+    caps->texture_float_linear = has(extensions, "GL_OES_texture_float_linear");
+    caps->color_buffer_float = es3 && has(extensions, "GL_EXT_color_buffer_float");
+    caps->color_buffer_half_float = caps->color_buffer_float || has(extensions, "GL_EXT_color_buffer_half_float");
+    caps->float_blend = has(extensions, "GL_EXT_float_blend");
+    caps->texture_npot = es3 || has(extensions, "GL_OES_texture_npot");
+    caps->timer_query = has(extensions, "GL_EXT_disjoint_timer_query");
+    caps->debug = has(extensions, "GL_KHR_debug");
+    if (es3) {
+        GLint formats = 0;
+        glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+        caps->program_binary = formats > 0;
+    }
+    while (glGetError() != GL_NO_ERROR) {
+        /* A query that this context does not know leaves its zero. */
+    }
+}

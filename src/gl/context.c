@@ -1,0 +1,168 @@
+/* An OpenGL ES context with no window and no surface: EGL's surfaceless platform, else its first device. */
+#include <EGL/egl.h>
+#include <string.h>
+
+#include <EGL/eglext.h>
+#include <GLES2/gl2.h>
+
+#include <GLES2/gl2ext.h>
+
+#include "gl_private.h"
+
+static bool has_word(const char *list, const char *word)
+{
+    size_t length = strlen(word);
+    for (const char *at = list; at && (at = strstr(at, word)); at += length)
+        if ((at == list || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
+            return true;
+    return false;
+}
+
+static EGLDisplay device_display(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display)
+{
+    PFNEGLQUERYDEVICESEXTPROC query = (PFNEGLQUERYDEVICESEXTPROC)eglGetProcAddress("eglQueryDevicesEXT");
+    EGLDeviceEXT device;
+    EGLint count = 0;
+    if (!query || !query(1, &device, &count) || count < 1)
+        return EGL_NO_DISPLAY;
+    return get_display(EGL_PLATFORM_DEVICE_EXT, device, NULL);
+}
+
+/* The first platform that initialises. */
+static EGLDisplay open_display(const struct vit_log *log)
+{
+    const char *client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    PFNEGLGETPLATFORMDISPLAYEXTPROC get_display =
+        (PFNEGLGETPLATFORMDISPLAYEXTPROC)eglGetProcAddress("eglGetPlatformDisplayEXT");
+    vit_debug(log, "EGL client extensions: %s", client ? client : "none");
+    for (int attempt = 0; attempt < 2 && get_display && client; attempt++) {
+        EGLDisplay display = EGL_NO_DISPLAY;
+        if (attempt == 0 && has_word(client, "EGL_MESA_platform_surfaceless"))
+            display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
+        if (attempt == 1 && has_word(client, "EGL_EXT_platform_device"))
+            display = device_display(get_display);
+        if (display != EGL_NO_DISPLAY && !vit_fault() && eglInitialize(display, NULL, NULL))
+            return display;
+    }
+    vit_error(log,
+              "no usable EGL display: neither the surfaceless nor the device platform works; install a driver (Debian: "
+              "libegl-mesa0 libgl1-mesa-dri), or use --path reference");
+    return EGL_NO_DISPLAY;
+}
+
+static bool open_context(struct vit_gl *gl, int es_major)
+{
+    const char *extensions = eglQueryString(gl->display, EGL_EXTENSIONS);
+    if (!has_word(extensions, "EGL_KHR_surfaceless_context") || !has_word(extensions, "EGL_KHR_no_config_context")) {
+        vit_error(gl->log, "EGL (%s) cannot make a context without a surface; a newer Mesa can",
+                  eglQueryString(gl->display, EGL_VENDOR));
+        return false;
+    }
+    const EGLint attributes[] = {EGL_CONTEXT_CLIENT_VERSION, es_major, EGL_NONE};
+    if (!eglBindAPI(EGL_OPENGL_ES_API) || vit_fault())
+        goto fail;
+    gl->context = eglCreateContext(gl->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    if (gl->context == EGL_NO_CONTEXT || !eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context))
+        goto fail;
+    return true;
+fail:
+    vit_error(gl->log, "no OpenGL ES %d context (EGL error 0x%x); `vitrine caps` shows what there is", es_major,
+              (unsigned)eglGetError());
+    return false;
+}
+
+static void GL_APIENTRY debug_message(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length,
+                                      const GLchar *message, const void *user)
+{
+    (void)source;
+    (void)id;
+    (void)severity;
+    enum vit_log_level level = type == GL_DEBUG_TYPE_ERROR_KHR ? VIT_LOG_WARN : VIT_LOG_DEBUG;
+    vit_log_print(user, level, "GL: %.*s", (int)length, message);
+}
+
+static void attach_debug(struct vit_gl *gl)
+{
+    PFNGLDEBUGMESSAGECALLBACKKHRPROC callback =
+        (PFNGLDEBUGMESSAGECALLBACKKHRPROC)eglGetProcAddress("glDebugMessageCallbackKHR");
+    if (!gl->caps.debug || !callback)
+        return;
+    callback(debug_message, gl->log);
+    glEnable(GL_DEBUG_OUTPUT_KHR);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS_KHR);
+}
+
+struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log)
+{
+    struct vit_gl *gl = vit_alloc_zero(1, sizeof *gl);
+    if (!gl) {
+        vit_error(log, "out of memory for the GL context");
+        return NULL;
+    }
+    gl->log = log;
+    gl->display = open_display(log);
+    if (gl->display == EGL_NO_DISPLAY || !open_context(gl, es_major))
+        goto fail;
+    vit_gl_caps_read(&gl->caps);
+    attach_debug(gl);
+    vit_debug(log, "GL: %s, %s", gl->caps.renderer, gl->caps.version);
+    return gl;
+fail:
+    vit_gl_destroy(&gl);
+    return NULL;
+}
+
+void vit_gl_destroy(struct vit_gl **gl_pointer)
+{
+    struct vit_gl *gl = *gl_pointer;
+    if (!gl)
+        return;
+    if (gl->display != EGL_NO_DISPLAY) {
+        eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        if (gl->context != EGL_NO_CONTEXT)
+            eglDestroyContext(gl->display, gl->context);
+        eglTerminate(gl->display);
+        eglReleaseThread();
+    }
+    vit_free(gl);
+    *gl_pointer = NULL;
+}
+
+const struct vit_caps *vit_gl_caps(const struct vit_gl *gl)
+{
+    return &gl->caps;
+}
+
+void vit_gl_set_shader_dir(struct vit_gl *gl, const char *folder)
+{
+    gl->shader_dir = folder;
+}
+
+const struct vit_log *vit_gl_log(const struct vit_gl *gl)
+{
+    return gl->log;
+}
+
+bool vit_gl_check(struct vit_gl *gl, const char *where)
+{
+    static const struct {
+        GLenum code;
+        const char *name;
+    } names[] = {{GL_INVALID_ENUM, "invalid enum"},
+                 {GL_INVALID_VALUE, "invalid value"},
+                 {GL_INVALID_OPERATION, "invalid operation"},
+                 {GL_INVALID_FRAMEBUFFER_OPERATION, "invalid framebuffer operation"},
+                 {GL_OUT_OF_MEMORY, "out of memory"}};
+    bool good = true;
+    GLenum code;
+    while ((code = glGetError()) != GL_NO_ERROR) {
+        const char *name = "error";
+        for (size_t i = 0; i < VIT_ARRAY_LENGTH(names); i++)
+            if (names[i].code == code)
+                name = names[i].name;
+        if (good)
+            vit_error(gl->log, "%s: GL says %s (0x%x)", where, name, code);
+        good = false;
+    }
+    return good;
+}

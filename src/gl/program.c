@@ -1,0 +1,140 @@
+/* Programs: shaders/<name>.vert and .frag behind the prelude for this context and a list of #defines. */
+#include <GLES2/gl2.h>
+#include <string.h>
+
+#include "gl_private.h"
+
+/* One GLSL file, embedded or from --shader-dir. `owned` is freed by the caller. */
+struct source {
+    const char *name, *text;
+    char *owned;
+};
+
+static char *read_file(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = NULL;
+    if (!file)
+        return NULL;
+    enum { LARGEST = 1 << 20 };
+    text = vit_alloc(LARGEST + 1, 1);
+    if (text)
+        text[fread(text, 1, LARGEST, file)] = '\0';
+    fclose(file);
+    return text;
+}
+
+static bool load(const struct vit_gl *gl, const char *name, struct source *out)
+{
+    *out = (struct source){.name = name};
+    if (gl->shader_dir) {
+        char *path = vit_strprintf("%s/%s", gl->shader_dir, name);
+        out->owned = path ? read_file(path) : NULL;
+        vit_free(path);
+        out->text = out->owned;
+        if (!out->text)
+            vit_error(gl->log, "%s/%s: cannot read this shader (--shader-dir)", gl->shader_dir, name);
+        return out->text;
+    }
+    for (const struct vit_shader_source *source = vit_shader_sources; source->name; source++)
+        if (strcmp(source->name, name) == 0)
+            out->text = source->text;
+    if (!out->text)
+        vit_error(gl->log, "no shader %s in this build", name);
+    return out->text;
+}
+
+/* "#define NAME VALUE" lines; NULL when out of memory. */
+static char *define_lines(const char *const *defines)
+{
+    char *lines = vit_strdup("");
+    for (; lines && defines && *defines; defines++) {
+        char *longer = vit_strprintf("%s#define %s\n", lines, *defines);
+        vit_free(lines);
+        lines = longer;
+    }
+    return lines;
+}
+
+/* Mesa and most others begin a message with "STRING:LINE"; string 0 is the body (#line 1 0), 1 the prelude. */
+static void print_info_log(const struct vit_gl *gl, const char *text, const char *name, bool failed)
+{
+    while (*text) {
+        size_t length = strcspn(text, "\n");
+        const char *file = text[0] == '1' && text[1] == ':' ? "prelude" : name;
+        bool numbered = (text[0] == '0' || text[0] == '1') && text[1] == ':';
+        const char *rest = numbered ? text + 2 : text;
+        if (length > 0)
+            vit_log_print(gl->log, failed ? VIT_LOG_ERROR : VIT_LOG_DEBUG, "shader %s:%.*s", file,
+                          (int)(length - (size_t)(rest - text)), rest);
+        text += length + (text[length] == '\n');
+        if (failed)
+            break; /* one line an error; the whole log is there at debug level */
+    }
+}
+
+static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const char *defines)
+{
+    struct source prelude = {0}, body = {0};
+    GLuint shader = 0;
+    if (load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &prelude) && load(gl, name, &body))
+        shader = vit_fault() ? 0 : glCreateShader(type);
+    if (shader) {
+        const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
+        /* #version must come first, so the stage and variant follow it as the prelude's first line ends. */
+        const char *version_end = strchr(prelude.text, '\n');
+        GLint version_length = version_end ? (GLint)(version_end - prelude.text + 1) : 0;
+        const char *texts[] = {prelude.text,    stage,    defines, "#line 2 1\n", prelude.text + version_length,
+                               "\n#line 1 0\n", body.text};
+        const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1};
+        glShaderSource(shader, VIT_ARRAY_LENGTH(texts), texts, lengths);
+        glCompileShader(shader);
+        GLint compiled = 0;
+        char info[4096] = "";
+        glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+        glGetShaderInfoLog(shader, sizeof info, NULL, info);
+        print_info_log(gl, compiled || info[0] ? info : "did not compile", name, !compiled);
+        if (!compiled) {
+            glDeleteShader(shader);
+            shader = 0;
+        }
+    }
+    vit_free(prelude.owned);
+    vit_free(body.owned);
+    return shader;
+}
+
+static GLuint compile_stage(struct vit_gl *gl, GLenum type, const char *name, const char *extension,
+                            const char *defines)
+{
+    char *file = vit_strprintf("%s.%s", name, extension);
+    GLuint shader = file && defines ? compile(gl, type, file, defines) : 0;
+    vit_free(file);
+    return shader;
+}
+
+unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines)
+{
+    char *lines = define_lines(defines);
+    GLuint vertex = compile_stage(gl, GL_VERTEX_SHADER, name, "vert", lines);
+    GLuint fragment = vertex ? compile_stage(gl, GL_FRAGMENT_SHADER, name, "frag", lines) : 0;
+    vit_free(lines);
+    GLuint program = vertex && fragment ? glCreateProgram() : 0;
+    GLint linked = 0;
+    if (program) {
+        char info[4096] = "";
+        glAttachShader(program, vertex);
+        glAttachShader(program, fragment);
+        glLinkProgram(program);
+        glGetProgramiv(program, GL_LINK_STATUS, &linked);
+        glGetProgramInfoLog(program, sizeof info, NULL, info);
+        print_info_log(gl, linked || info[0] ? info : "did not link", name, !linked);
+    }
+    glDeleteShader(vertex);
+    glDeleteShader(fragment);
+    if (program && !linked) {
+        glDeleteProgram(program);
+        program = 0;
+    }
+    return program;
+}

@@ -1,0 +1,219 @@
+/* The scene plan: which rays, slabs, textures and features a picture needs, and what it does without. */
+#include "vitrine/plan.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "plan_private.h"
+
+static const struct {
+    const char *name;
+    size_t bytes;
+} texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8}},
+  targets[] = {{"unknown", 0}, {"RGBA32F", 16}, {"RGBA16F", 8}, {"RGBA8", 4}};
+_Static_assert(VIT_ARRAY_LENGTH(texels) == VIT_TEXEL_COUNT, "a row for every texel");
+_Static_assert(VIT_ARRAY_LENGTH(targets) == VIT_TARGET_COUNT, "a row for every target");
+
+const char *vit_texel_name(enum vit_texel texel)
+{
+    return texels[(size_t)texel < VIT_TEXEL_COUNT ? texel : 0].name;
+}
+
+size_t vit_texel_bytes(enum vit_texel texel)
+{
+    return texels[(size_t)texel < VIT_TEXEL_COUNT ? texel : 0].bytes;
+}
+
+const char *vit_target_name(enum vit_target target)
+{
+    return targets[(size_t)target < VIT_TARGET_COUNT ? target : 0].name;
+}
+
+size_t vit_target_bytes(enum vit_target target)
+{
+    return targets[(size_t)target < VIT_TARGET_COUNT ? target : 0].bytes;
+}
+
+const struct vit_plan_rule vit_plan_rules[] = {
+    {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
+    {NULL, NULL},
+};
+
+bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule)
+{
+    for (size_t i = 0; i < request->keep_count; i++)
+        if (strcmp(request->keep[i], rule) == 0)
+            return true;
+    return false;
+}
+
+void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)
+{
+    if (plan->left_out_count == VIT_LEFT_OUT_MAX)
+        return;
+    struct vit_left_out *entry = &plan->left_out[plan->left_out_count++];
+    snprintf(entry->what, sizeof entry->what, "%s", what);
+    va_list arguments;
+    va_start(arguments, why);
+    vsnprintf(entry->why, sizeof entry->why, why, arguments);
+    va_end(arguments);
+    entry->bytes_saved = bytes_saved;
+}
+
+static bool check_rules(const struct vit_plan_request *request, const struct vit_log *log)
+{
+    for (size_t i = 0; i < request->keep_count; i++) {
+        const struct vit_plan_rule *rule = vit_plan_rules;
+        while (rule->name && strcmp(rule->name, request->keep[i]) != 0)
+            rule++;
+        if (rule->name)
+            continue;
+        char names[256] = "";
+        size_t used = 0;
+        for (rule = vit_plan_rules; rule->name; rule++)
+            used += (size_t)snprintf(names + used, sizeof names - used, " %s", rule->name);
+        vit_error(log, "--keep %s: no such rule of the plan; there are:%s", request->keep[i], names);
+        return false;
+    }
+    return true;
+}
+
+/* What the preset asks for and this build does otherwise (ARCHITECTURE.md: accepted, and listed). */
+static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    const struct vit_preset *preset = request->preset;
+    plan->technique = VIT_TECHNIQUE_COMPOSITE;
+    if (preset->technique != plan->technique)
+        vit_plan_leave_out(plan, 0, "technique", "%s is not built yet: drawn as composite",
+                           vit_technique_name(preset->technique));
+    plan->classify = VIT_CLASSIFY_PRE;
+    if (preset->sampling.classify != plan->classify)
+        vit_plan_leave_out(plan, 0, "sampling.classify",
+                           "%s is not built yet: texels are classified before filtering (pre)",
+                           vit_classify_name(preset->sampling.classify));
+    if (preset->shading.model != VIT_SHADING_NONE)
+        vit_plan_leave_out(plan, 0, "shading", "light is not built yet: drawn unlit");
+    if (preset->boundary_count > 0)
+        vit_plan_leave_out(plan, 0, "boundaries", "not built yet: surfaces do not reflect");
+    if (preset->gradient_opacity_count > 0)
+        vit_plan_leave_out(plan, 0, "gradient_opacity", "not built yet: opacity does not follow the gradient");
+    if (request->budget_ms > 0)
+        vit_plan_leave_out(plan, 0, "--budget-ms", "not built yet: the slab count is not steered by time");
+    if (request->max_error > 0)
+        vit_plan_leave_out(plan, 0, "--max-error", "not built yet: the slab count is not steered by error");
+}
+
+static void choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps)
+{
+    if (preset->sampling.texture_bits == 8) {
+        plan->texel = VIT_TEXEL_RGBA8;
+    } else if (caps->texture_norm16) {
+        plan->texel = VIT_TEXEL_RGBA16;
+    } else if (caps->texture_half_float_linear) {
+        plan->texel = VIT_TEXEL_RGBA16F;
+        vit_plan_leave_out(plan, 0, "16-bit texels", "no 16-bit normalised textures here: half floats (11 bits)");
+    } else {
+        plan->texel = VIT_TEXEL_RGBA8;
+        vit_plan_leave_out(plan, 0, "16-bit texels", "neither 16-bit normalised nor half-float textures here: 8 bits");
+    }
+}
+
+/* OPTICS.md §5, accumulation. */
+static void choose_target(struct vit_plan *plan, const struct vit_caps *caps)
+{
+    const char *why;
+    if (caps->color_buffer_float && caps->float_blend) {
+        plan->target = VIT_TARGET_RGBA32F;
+        why = "float blending is there: nothing is lost to accumulation";
+    } else if (caps->color_buffer_half_float) {
+        plan->target = VIT_TARGET_RGBA16F;
+        why = "no float blending (EXT_float_blend) here";
+    } else {
+        plan->target = VIT_TARGET_RGBA8;
+        why = "neither float nor half-float framebuffers here";
+    }
+    snprintf(plan->target_why, sizeof plan->target_why, "%s", why);
+    size_t pixels = (size_t)plan->camera.width_px * (size_t)plan->camera.height_px;
+    plan->target_bytes = pixels * vit_target_bytes(plan->target);
+}
+
+static enum vit_plan_result fit_texture(struct vit_plan *plan, const struct vit_caps *caps, const struct vit_log *log)
+{
+    size_t largest = plan->n[0] > plan->n[1] ? plan->n[0] : plan->n[1];
+    largest = plan->n[2] > largest ? plan->n[2] : largest;
+    char size[64];
+    snprintf(size, sizeof size, "%zu x %zu x %zu", plan->n[0], plan->n[1], plan->n[2]);
+    plan->texture_bytes = (uint64_t)plan->n[0] * plan->n[1] * plan->n[2] * vit_texel_bytes(plan->texel);
+    if (caps->max_3d_texture_size <= 0) {
+        vit_error(log,
+                  "this GL (%s) has no 3D textures (max_3d_texture_size 0), which the 3d path needs; --path "
+                  "reference works without",
+                  caps->renderer);
+        return VIT_PLAN_DOES_NOT_FIT;
+    }
+    if (largest > (size_t)caps->max_3d_texture_size) {
+        vit_error(log,
+                  "the volume of %s voxels does not fit: this GL's 3D textures have at most %d per side "
+                  "(max_3d_texture_size); --path reference works without",
+                  size, caps->max_3d_texture_size);
+        return VIT_PLAN_DOES_NOT_FIT;
+    }
+    if (caps->max_texture_mib > 0 && plan->texture_bytes > (uint64_t)caps->max_texture_mib << 20) {
+        vit_error(log,
+                  "the volume of %s voxels needs %.0f MiB of %s texture, the limit is %d MiB (max_texture_mib); --set "
+                  "sampling.texture_bits=8 needs %.0f MiB",
+                  size, (double)plan->texture_bytes / 1048576, vit_texel_name(plan->texel), caps->max_texture_mib,
+                  (double)plan->texture_bytes / 1048576 / (double)vit_texel_bytes(plan->texel) * 4);
+        return VIT_PLAN_DOES_NOT_FIT;
+    }
+    return VIT_PLAN_DONE;
+}
+
+static enum vit_plan_result choose_path(struct vit_plan *plan, const struct vit_plan_request *request,
+                                        const struct vit_log *log)
+{
+    switch (request->path) {
+    case VIT_PATH_REFERENCE:
+        plan->path = VIT_PATH_REFERENCE;
+        snprintf(plan->path_why, sizeof plan->path_why, "asked for");
+        vit_plan_leave_out(plan, 0, "GL", "the reference runs on the CPU in double precision");
+        return VIT_PLAN_DONE;
+    case VIT_PATH_STACKS:
+        vit_error(log, "--path stacks: not built yet; there are: 3d, reference");
+        return VIT_PLAN_WRONG;
+    default:
+        break;
+    }
+    plan->path = VIT_PATH_3D;
+    snprintf(plan->path_why, sizeof plan->path_why, "%s",
+             request->path == VIT_PATH_3D ? "asked for" : "3D textures are there and the volume fits");
+    choose_texel(plan, request->preset, &request->caps);
+    choose_target(plan, &request->caps);
+    plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
+    plan->slabs_per_pass = VIT_PLAN_SLABS_PER_PASS;
+    return fit_texture(plan, &request->caps, log);
+}
+
+enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request,
+                                   const struct vit_log *log)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(request->volume);
+    const struct vit_preset *preset = request->preset;
+    *plan = (struct vit_plan){.filter = preset->sampling.filter, .transfer = &preset->transfer};
+    if (!check_rules(request, log))
+        return VIT_PLAN_WRONG;
+    memcpy(plan->background, preset->background, sizeof plan->background);
+    memcpy(plan->n, info->n, sizeof plan->n);
+    plan->mm_from_tex = vit_volume_mm_from_tex(info);
+    if (!vit_mat4_invert(plan->mm_from_tex, &plan->tex_from_mm)) {
+        vit_error(log, "the volume's matrix is singular");
+        return VIT_PLAN_WRONG;
+    }
+    plan->camera = vit_camera_make(&request->view, plan->mm_from_tex);
+    accept_unbuilt(plan, request);
+    vit_plan_clip(plan, preset->clip_mm);
+    vit_plan_empty_border(plan, request);
+    if (!vit_plan_slabs(plan, vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel, log))
+        return VIT_PLAN_WRONG;
+    return choose_path(plan, request, log);
+}

@@ -1,0 +1,20 @@
+/* What the files of plan say to each other. */
+#ifndef VITRINE_PLAN_PRIVATE_H
+#define VITRINE_PLAN_PRIVATE_H
+
+#include "vitrine/plan.h"
+
+#define VIT_RULE_EMPTY_BORDER "empty-border"
+/* Slabs composited in the shader before one blend; `make bench` (passes) shows frame times for 1 to 32. */
+#define VIT_PLAN_SLABS_PER_PASS 8
+
+bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
+void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)
+    VIT_PRINTF(4, 5);
+
+/* geometry.c */
+void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
+void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
+VIT_NODISCARD bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
+
+#endif

@@ -1,0 +1,38 @@
+/* What the files of render say to each other. */
+#ifndef VITRINE_RENDER_PRIVATE_H
+#define VITRINE_RENDER_PRIVATE_H
+
+#include <GLES3/gl3.h>
+
+#include <GLES2/gl2ext.h>
+
+#include "vitrine/render.h"
+
+/* texture3d.c: the volume as one 3D texture of classified texels. */
+struct vit_texture3d {
+    GLuint texture;
+    enum vit_texel texel;
+    size_t n[3];
+    uint64_t transfer_hash; /* of the transfer function and slab thickness that the texels hold */
+    uint64_t bytes;
+};
+VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,
+                                         const struct vit_volume *volume, const struct vit_plan *plan,
+                                         const struct vit_progress *progress);
+void vit_texture3d_clear(struct vit_texture3d *texture);
+
+/* mesh.c: the outlines of all passes as one triangle list, nearest pass first. Buffers only grow. */
+struct vit_mesh_vertex {
+    float x_px, y_px, near_mm;
+};
+struct vit_mesh {
+    struct vit_mesh_vertex *vertices;
+    uint32_t *indices;
+    size_t vertex_count, index_count, vertex_room, index_room;
+    double area_px; /* of all outlines together */
+};
+VIT_NODISCARD bool vit_mesh_reserve(struct vit_mesh *mesh, const struct vit_plan *plan);
+void vit_mesh_build(struct vit_mesh *mesh, const struct vit_plan *plan);
+void vit_mesh_clear(struct vit_mesh *mesh);
+
+#endif

@@ -1,0 +1,239 @@
+/* Executes a plan: textures and program when prepared, slabs front to back when drawn. */
+#include <string.h>
+
+#include "render_private.h"
+#include "vitrine/proxy.h"
+
+/* Uniforms of shaders/slabs.*; X(name). */
+#define UNIFORMS(X)                                                                                                    \
+    X(clip_from_px)                                                                                                    \
+    X(tex_from_x)                                                                                                      \
+    X(tex_from_y)                                                                                                      \
+    X(tex_origin)                                                                                                      \
+    X(texels)                                                                                                          \
+    X(box_low)                                                                                                         \
+    X(box_high)                                                                                                        \
+    X(tex_toward)                                                                                                      \
+    X(near_limit_mm)                                                                                                   \
+    X(eye_mm)                                                                                                          \
+    X(px_per_eye)                                                                                                      \
+    X(slab_mm)
+
+struct program {
+    GLuint name;
+    unsigned features;
+    int slabs_per_pass;
+    GLint outline;
+#define UNIFORM_FIELD(uniform) GLint uniform;
+    UNIFORMS(UNIFORM_FIELD)
+#undef UNIFORM_FIELD
+};
+
+struct vit_renderer {
+    struct vit_gl *gl;
+    const struct vit_volume *volume;
+    struct vit_texture3d texture3d;
+    struct vit_gl_target target;
+    struct program program;
+    struct vit_mesh mesh;
+    GLuint buffers[2], vertex_array;
+    struct vit_render_stats stats;
+};
+
+struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_volume *volume)
+{
+    struct vit_renderer *renderer = vit_alloc_zero(1, sizeof *renderer);
+    if (!renderer) {
+        vit_error(vit_gl_log(gl), "out of memory for the renderer");
+        return NULL;
+    }
+    renderer->gl = gl;
+    renderer->volume = volume;
+    glGenBuffers(2, renderer->buffers);
+    glGenVertexArrays(1, &renderer->vertex_array);
+    return renderer;
+}
+
+void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
+{
+    struct vit_renderer *renderer = *renderer_pointer;
+    if (!renderer)
+        return;
+    vit_texture3d_clear(&renderer->texture3d);
+    vit_gl_target_destroy(renderer->gl, &renderer->target);
+    vit_mesh_clear(&renderer->mesh);
+    glDeleteProgram(renderer->program.name);
+    glDeleteBuffers(2, renderer->buffers);
+    glDeleteVertexArrays(1, &renderer->vertex_array);
+    vit_free(renderer);
+    *renderer_pointer = NULL;
+}
+
+static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    struct program *program = &renderer->program;
+    if (program->name && program->features == plan->features && program->slabs_per_pass == plan->slabs_per_pass)
+        return true;
+    glDeleteProgram(program->name);
+    static const char *const feature_names[VIT_FEATURE_BIT_COUNT] = {
+#define FEATURE_NAME(name, help) "VIT_" #name " 1",
+        VIT_FEATURES(FEATURE_NAME)
+#undef FEATURE_NAME
+    };
+    char per_pass[32];
+    snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
+    const char *defines[VIT_FEATURE_BIT_COUNT + 2] = {per_pass};
+    size_t count = 1;
+    for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
+        if (plan->features >> bit & 1)
+            defines[count++] = feature_names[bit];
+    *program = (struct program){.name = vit_gl_program_create(renderer->gl, "slabs", defines),
+                                .features = plan->features,
+                                .slabs_per_pass = plan->slabs_per_pass};
+    if (!program->name)
+        return false;
+    program->outline = glGetAttribLocation(program->name, "outline");
+#define UNIFORM_LOCATION(uniform) program->uniform = glGetUniformLocation(program->name, #uniform);
+    UNIFORMS(UNIFORM_LOCATION)
+#undef UNIFORM_LOCATION
+    return true;
+}
+
+static bool prepare_target(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    static const GLenum formats[VIT_TARGET_COUNT] = {
+        [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
+    struct vit_gl_target *target = &renderer->target;
+    if (target->texture && target->internal_format == formats[plan->target] && target->width == plan->camera.width_px &&
+        target->height == plan->camera.height_px)
+        return true;
+    vit_gl_target_destroy(renderer->gl, target);
+    return vit_gl_target_create(renderer->gl, target, formats[plan->target], plan->camera.width_px,
+                                plan->camera.height_px);
+}
+
+bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
+                          const struct vit_progress *progress)
+{
+    uint64_t start = vit_clock_ns();
+    if (!prepare_program(renderer, plan) || !prepare_target(renderer, plan) ||
+        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress))
+        return false;
+    if (!vit_mesh_reserve(&renderer->mesh, plan)) {
+        vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
+        return false;
+    }
+    renderer->stats.texture_bytes = renderer->texture3d.bytes;
+    renderer->stats.setup_ms = (double)(vit_clock_ns() - start) * 1e-6;
+    return true;
+}
+
+static void set_vec3(GLint location, struct vit_vec3 v)
+{
+    glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
+}
+
+static void set_uniforms(const struct program *program, const struct vit_plan *plan)
+{
+    static const double whole[3] = {1, 1, 1};
+    const struct vit_camera *camera = &plan->camera;
+    struct vit_mat4 tex_from_view = vit_proxy_tex_from_view(camera, plan->mm_from_tex, whole);
+    double pixel = camera->pixel_mm;
+    struct vit_vec3 toward = vit_mat4_direction(tex_from_view, (struct vit_vec3){0, 0, 1});
+    struct vit_vec3 center = vit_mat4_point(tex_from_view, (struct vit_vec3){0, 0, 0});
+    if (camera->perspective) {
+        /* A ray's step per mm of depth away from the eye; its base is the eye. */
+        pixel /= camera->eye_mm;
+        set_vec3(program->tex_origin, vit_vec3_scale(toward, -1));
+        set_vec3(program->tex_toward, vit_vec3_add(center, vit_vec3_scale(toward, camera->eye_mm)));
+        glUniform1f(program->eye_mm, (float)camera->eye_mm);
+        glUniform1f(program->px_per_eye, (float)pixel);
+    } else {
+        set_vec3(program->tex_origin, center);
+        set_vec3(program->tex_toward, toward);
+    }
+    set_vec3(program->tex_from_x, vit_mat4_direction(tex_from_view, (struct vit_vec3){pixel, 0, 0}));
+    set_vec3(program->tex_from_y, vit_mat4_direction(tex_from_view, (struct vit_vec3){0, pixel, 0}));
+    set_vec3(program->box_low, (struct vit_vec3){plan->clip_low[0], plan->clip_low[1], plan->clip_low[2]});
+    set_vec3(program->box_high, (struct vit_vec3){plan->clip_high[0], plan->clip_high[1], plan->clip_high[2]});
+    glUniform2f(program->clip_from_px, 2.0f / (float)camera->width_px, 2.0f / (float)camera->height_px);
+    glUniform1f(program->near_limit_mm, (float)plan->near_mm);
+    glUniform1f(program->slab_mm, (float)plan->slab_mm);
+    glUniform1i(program->texels, 0);
+}
+
+static void send_mesh(struct vit_renderer *renderer)
+{
+    const struct vit_mesh *mesh = &renderer->mesh;
+    glBindVertexArray(renderer->vertex_array);
+    glBindBuffer(GL_ARRAY_BUFFER, renderer->buffers[0]);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(mesh->vertex_count * sizeof *mesh->vertices), mesh->vertices,
+                 GL_STREAM_DRAW);
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, renderer->buffers[1]);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(mesh->index_count * sizeof *mesh->indices), mesh->indices,
+                 GL_STREAM_DRAW);
+    glEnableVertexAttribArray((GLuint)renderer->program.outline);
+    glVertexAttribPointer((GLuint)renderer->program.outline, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+}
+
+bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    uint64_t start = vit_clock_ns();
+    vit_mesh_build(&renderer->mesh, plan);
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.framebuffer);
+    glViewport(0, 0, renderer->target.width, renderer->target.height);
+    glClearColor(0, 0, 0, 0);
+    glClear(GL_COLOR_BUFFER_BIT);
+    if (renderer->mesh.index_count > 0) {
+        glUseProgram(renderer->program.name);
+        set_uniforms(&renderer->program, plan);
+        send_mesh(renderer);
+        glActiveTexture(GL_TEXTURE0);
+        glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
+        /* Front to back: what is there hides what comes. */
+        glEnable(GL_BLEND);
+        glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);
+        glDrawElements(GL_TRIANGLES, (GLsizei)renderer->mesh.index_count, GL_UNSIGNED_INT, NULL);
+        glDisable(GL_BLEND);
+    }
+    glFinish();
+    renderer->stats.slices = plan->slab_count;
+    renderer->stats.fragments = (uint64_t)(renderer->mesh.area_px * plan->slabs_per_pass);
+    renderer->stats.frame_ms = (double)(vit_clock_ns() - start) * 1e-6;
+    return vit_gl_check(renderer->gl, "frame");
+}
+
+bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
+{
+    int width = renderer->target.width, height = renderer->target.height;
+    size_t row_floats = (size_t)width * 4;
+    if (!vit_frame_init(frame, width, height)) {
+        vit_error(vit_gl_log(renderer->gl), "out of memory for a picture of %d x %d", width, height);
+        return false;
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.framebuffer);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    bool bytes = renderer->target.internal_format == GL_RGBA8;
+    uint8_t *row = bytes ? vit_alloc(row_floats, 1) : NULL;
+    bool good = !bytes || row;
+    for (int y = 0; y < height && good; y++) {
+        float *out = frame->rgba + (size_t)(height - 1 - y) * row_floats; /* GL's row 0 is the lowest */
+        if (bytes) {
+            glReadPixels(0, y, width, 1, GL_RGBA, GL_UNSIGNED_BYTE, row);
+            for (size_t i = 0; i < row_floats; i++)
+                out[i] = (float)row[i] / 255.0f;
+        } else {
+            glReadPixels(0, y, width, 1, GL_RGBA, GL_FLOAT, out);
+        }
+    }
+    vit_free(row);
+    good = vit_gl_check(renderer->gl, "reading the picture") && good;
+    if (!good)
+        vit_frame_clear(frame);
+    return good;
+}
+
+struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer)
+{
+    return renderer->stats;
+}
