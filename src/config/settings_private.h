@@ -1,0 +1,58 @@
+/* The tables behind the command line: one row per option, one per command. Parser, --help and tests walk them. */
+#ifndef VITRINE_CONFIG_SETTINGS_PRIVATE_H
+#define VITRINE_CONFIG_SETTINGS_PRIVATE_H
+
+#include "words_private.h"
+
+enum vit_option_type {
+    VIT_OPTION_UNKNOWN = 0,
+    VIT_OPTION_FLAG,    /* bool, takes no value */
+    VIT_OPTION_TEXT,    /* const char * */
+    VIT_OPTION_LIST,    /* const char *[VIT_SETTINGS_LIST_MAX] and a size_t: may be repeated */
+    VIT_OPTION_NUMBER,  /* double */
+    VIT_OPTION_INTEGER, /* int */
+    VIT_OPTION_DEGREES, /* double, stored in radians */
+    VIT_OPTION_WORD,    /* an enum */
+    VIT_OPTION_VIEW,    /* direction of the view */
+    VIT_OPTION_SIZE,    /* WxH */
+    VIT_OPTION_TYPE_COUNT
+};
+
+struct vit_option {
+    const char *name; /* without the dashes */
+    char letter;      /* short form, 0 for none */
+    enum vit_option_type type;
+    const char *argument; /* how help names the value; NULL for flags */
+    const char *unit;
+    size_t offset, count_offset; /* in struct vit_settings */
+    double min, max;
+    const char *initial; /* default as typed; NULL: none */
+    const struct vit_words *words;
+    unsigned commands; /* bit per enum vit_command */
+    const char *group; /* heading in help */
+    const char *help;
+};
+extern const struct vit_option vit_options[]; /* name NULL ends */
+
+/* What may stand first among the arguments of a command, and how many follow it. */
+struct vit_action {
+    const char *word;
+    size_t min, max;
+    bool needs_output;
+};
+
+struct vit_command_row {
+    enum vit_command command;
+    const char *name, *arguments;     /* the synopsis after the name */
+    size_t min, max;                  /* positional arguments */
+    const struct vit_action *actions; /* the first argument is one of these words; word NULL ends; NULL: any */
+    bool needs_output;
+    const char *summary;     /* a few words */
+    const char *text;        /* a sentence or two */
+    const char *examples[4]; /* NULL ends */
+};
+extern const struct vit_command_row vit_commands[]; /* name NULL ends */
+
+const struct vit_command_row *vit_command_find(enum vit_command command); /* NULL if there is none */
+
+#endif
