@@ -1,18 +1,17 @@
 # Vitrine: one non-recursive Makefile. `make help` lists what it can do.
 #
-#   make run      installs what is missing, builds, shows the picture (or writes build/vitrine.png and says so)
-#   make check    installs what is missing, builds, runs lint and every quick test
-#
 # CONFIG = release | debug | asan | fuzz | cov       build/$(CONFIG)/vitrine is the binary
 # CC, CXX, CPPFLAGS, CFLAGS, CXXFLAGS, LDFLAGS belong to the packager; ours are the VIT_ ones below.
+# WERROR=0|1: warnings are errors. V=1 shows the commands. CLANG=clang, CLANGXX=clang++ name the second compiler.
 
 CONFIG ?= release
 BUILD ?= build
 O := $(BUILD)/$(CONFIG)
 PREFIX ?= /usr/local
 DESTDIR ?=
-# WERROR=1 (CI) makes every warning an error.
-WERROR ?= 0
+CLANG ?= clang
+CLANGXX ?= clang++
+V ?= 0
 
 ifeq ($(origin CC),default)
 CC := gcc
@@ -20,108 +19,269 @@ endif
 ifeq ($(origin CXX),default)
 CXX := g++
 endif
-ifeq ($(filter -j%,$(MAKEFLAGS)),)
+ifeq ($(CONFIG),fuzz)
+CC := $(CLANG)
+CXX := $(CLANGXX)
+endif
+# All cores; -j on the command line wins, and a make inside make shares its parent's.
+ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += -j$(shell nproc 2>/dev/null || echo 1)
 endif
+MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := all
 .SUFFIXES:
 .DELETE_ON_ERROR:
 .SECONDARY:
+Q := $(if $(filter 1,$(V)),,@)
+say = $(if $(filter 1,$(V)),,@printf '%-5s %s\n' '$(1)' '$(2)')
 
 # Packages -------------------------------------------------------------------------------------------------
-# The fragment is made after missing packages were installed; make then starts over with it. Goals that build
-# nothing do not need it.
-PKGS := egl glesv2 gbm libdrm libpng zlib yaml-0.1 cglm jansson
-NO_SETUP_GOALS := help clean install-deps format
-ifneq ($(filter-out $(NO_SETUP_GOALS),$(or $(MAKECMDGOALS),all)),)
+# Both fragments are made by installing what is missing; make then starts over with them. Goals that build nothing
+# need neither; goals that only build the binary do not need what the tests need.
+PKGS := egl glesv2 libpng zlib yaml-0.1 cglm jansson
+HOST_GOALS := help clean install-deps install-deps-check uninstall include-rules
+BUILD_GOALS := all run install $(O)/vitrine
+GOALS := $(or $(MAKECMDGOALS),all)
+ifneq ($(filter-out $(HOST_GOALS),$(GOALS)),)
 include $(BUILD)/packages.mk
 endif
+ifneq ($(filter-out $(HOST_GOALS) $(BUILD_GOALS),$(GOALS)),)
+include $(BUILD)/packages-check.mk
+endif
+# `pkg-config --cflags dcmtk` asks for libsndfile's headers, which we do not need; its libraries do not.
 $(BUILD)/packages.mk: Makefile packaging/install-deps.sh
-	@packaging/install-deps.sh
+	@packaging/install-deps.sh build
 	@mkdir -p $(@D)
-	@{ echo "PKG_CFLAGS := $$(pkg-config --cflags $(PKGS))"; \
-	   echo "PKG_LIBS := $$(pkg-config --libs $(PKGS))"; \
-	   echo "DCMTK_LIBS := $$(pkg-config --libs dcmtk)"; \
-	   echo "CMOCKA_LIBS := $$(pkg-config --libs cmocka)"; } >$@.tmp && mv $@.tmp $@
+	@{ set -e; cflags=$$(pkg-config --cflags $(PKGS)) libs=$$(pkg-config --libs $(PKGS)) dcmtk=$$(pkg-config --libs dcmtk); \
+	   echo "PKG_CFLAGS := $$cflags"; echo "PKG_LIBS := $$libs"; echo "DCMTK_LIBS := $$dcmtk"; } >$@.tmp
+	@mv $@.tmp $@
+$(BUILD)/packages-check.mk: Makefile packaging/install-deps.sh | $(BUILD)/packages.mk
+	@packaging/install-deps.sh check
+	@{ set -e; libs=$$(pkg-config --libs cmocka); echo "CMOCKA_LIBS := $$libs"; } >$@.tmp
+	@mv $@.tmp $@
 
 # Flags -----------------------------------------------------------------------------------------------------
+# With the compilers that we test with, warnings are errors by default; others may know warnings that we do not.
+COMPILER_VERSION := $(notdir $(CC))-$(shell $(CC) -dumpversion 2>/dev/null)
+WERROR ?= $(if $(filter gcc-12 clang-14.%,$(COMPILER_VERSION)),1,0)
 VIT_WARN := -Wall -Wextra -Wshadow -Wpointer-arith -Wundef -Wvla -Wformat=2
 VIT_CWARN := -Wstrict-prototypes -Wmissing-prototypes -Wold-style-definition
 ifeq ($(WERROR),1)
 VIT_WARN += -Werror
 endif
-OPT_release := -O2 -g -ffp-contract=off -DNDEBUG
-OPT_debug := -O0 -g3 -ffp-contract=off -DVIT_FAULTS
-OPT_asan := -O1 -g -ffp-contract=off -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined -DVIT_FAULTS
-OPT_fuzz := -O1 -g -ffp-contract=off -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -DVIT_FUZZ -DVIT_FAULTS
+OPT_release := -O2 -g -DNDEBUG
+OPT_debug := -O0 -g3 -DVIT_FAULTS
+OPT_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined -DVIT_FAULTS
+OPT_fuzz := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined \
+    -DVIT_FUZZ -DVIT_FAULTS
 OPT_cov := -O0 -g --coverage -DVIT_FAULTS
 ifeq ($(origin OPT_$(CONFIG)),undefined)
 $(error CONFIG=$(CONFIG) is not one of: release debug asan fuzz cov)
 endif
-ifeq ($(CONFIG),fuzz)
-CC := clang
-CXX := clang++
-endif
+# -ffp-contract=off: the same arithmetic on every CPU. -ffile-prefix-map: the same binary from every folder (gcov needs
+# the real names).
+VIT_CODEGEN := $(OPT_$(CONFIG)) -ffp-contract=off -fopenmp $(if $(filter cov,$(CONFIG)),,-ffile-prefix-map=$(CURDIR)=.)
 VIT_CPPFLAGS = -D_GNU_SOURCE -Iinclude -Isrc -I$(O)/gen $(PKG_CFLAGS)
-VIT_CFLAGS = -std=c11 $(VIT_WARN) $(VIT_CWARN) $(OPT_$(CONFIG)) -fopenmp -MMD -MP
-VIT_CXXFLAGS = -std=c++17 $(VIT_WARN) $(OPT_$(CONFIG)) -fopenmp -MMD -MP
+VIT_CFLAGS = -std=c11 $(VIT_WARN) $(VIT_CWARN) $(VIT_CODEGEN)
+VIT_CXXFLAGS = -std=c++17 $(VIT_WARN) $(VIT_CODEGEN)
 VIT_LDFLAGS = $(filter -fsanitize% --coverage -g,$(OPT_$(CONFIG))) -fopenmp -Wl,--as-needed
 VIT_LDLIBS = $(PKG_LIBS) $(DCMTK_LIBS) -lpthread -lm
+BANNED := src/core/banned.h
 
 # Everything that changes an object without changing a source: a change here rebuilds.
-FLAGS_NOW = $(CC) $(CXX) $(VIT_CPPFLAGS) $(VIT_CFLAGS) $(VIT_CXXFLAGS) $(VIT_LDFLAGS) $(VIT_LDLIBS) $(CPPFLAGS) $(CFLAGS) $(CXXFLAGS) $(LDFLAGS)
+FLAGS_NOW = $(COMPILER_VERSION) $(CXX) $(VIT_CPPFLAGS) $(VIT_CFLAGS) $(VIT_CXXFLAGS) $(VIT_LDFLAGS) $(VIT_LDLIBS) \
+    $(BANNED) | $(CPPFLAGS) | $(CFLAGS) | $(CXXFLAGS) | $(LDFLAGS)
 $(O)/flags: FORCE
 	@mkdir -p $(@D)
 	@printf '%s\n' '$(FLAGS_NOW)' | cmp -s - $@ || printf '%s\n' '$(FLAGS_NOW)' >$@
 
 # Sources ---------------------------------------------------------------------------------------------------
+HEADERS := $(sort $(wildcard include/vitrine/*.h src/*/*.h))
 C_SRC := $(sort $(wildcard src/*/*.c))
-CC_SRC := $(sort $(wildcard src/dicom/*.cc))
+CC_SRC := $(sort $(wildcard src/*/*.cc))
+TEST_SRC := $(sort $(wildcard tests/unit/*.c tests/gl/*.c tests/fuzz/*.c))
+TEST_HEADERS := $(sort $(wildcard tests/*/*.h))
+PRESETS := $(sort $(wildcard configs/presets/*.yaml))
+SHADERS := $(sort $(wildcard shaders/*.vert shaders/*.frag shaders/*.glsl))
 MAIN_SRC := src/app/main.c
 GEN_SRC := $(O)/gen/presets_builtin.c $(O)/gen/shader_sources.c
-LIB_OBJ := $(patsubst %.c,$(O)/%.o,$(filter-out $(MAIN_SRC),$(C_SRC))) $(patsubst %.cc,$(O)/%.o,$(CC_SRC)) $(GEN_SRC:.c=.o)
+LIB_OBJ := $(patsubst %.c,$(O)/%.o,$(filter-out $(MAIN_SRC),$(C_SRC))) $(CC_SRC:%.cc=$(O)/%.o) $(GEN_SRC:.c=.o)
 LIB := $(O)/libvitrine.a
 BIN := $(O)/vitrine
-UNIT_SRC := $(sort $(wildcard tests/unit/*_test.c))
-UNIT_BIN := $(patsubst tests/%.c,$(O)/tests/%,$(UNIT_SRC))
-GL_SRC := $(sort $(wildcard tests/gl/*_test.c))
-GL_BIN := $(patsubst tests/%.c,$(O)/tests/%,$(GL_SRC))
+test_bins = $(patsubst %.c,$(O)/%,$(sort $(wildcard tests/$(1)/*_$(2).c)))
+UNIT_BIN := $(call test_bins,unit,test)
+GL_BIN := $(call test_bins,gl,test)
+FUZZ_BIN := $(call test_bins,fuzz,fuzz)
+GOLDEN := $(sort $(wildcard tests/golden/*.sh))
+BENCH := $(sort $(wildcard tests/bench/*.sh))
+ALL_OBJ := $(LIB_OBJ) $(MAIN_SRC:%.c=$(O)/%.o) $(patsubst %,%.o,$(UNIT_BIN) $(GL_BIN) $(FUZZ_BIN))
 
+##
+## Build
+##
 .PHONY: all
-all: $(BIN)
+all: $(BIN) ## the binary, build/$(CONFIG)/vitrine (default)
 
-$(O)/gen/presets_builtin.c: packaging/embed.sh $(sort $(wildcard configs/presets/*.yaml)) | $(O)/flags
+# A list of files is an input too: adding or removing one changes it.
+$(O)/gen/%.list: FORCE
 	@mkdir -p $(@D)
-	packaging/embed.sh vit_preset_builtin vit_presets_builtin vitrine/config.h yaml $(wordlist 2,999,$^) >$@.tmp && mv $@.tmp $@
-$(O)/gen/shader_sources.c: packaging/embed.sh $(sort $(wildcard shaders/*.vert shaders/*.frag shaders/*.glsl)) | $(O)/flags
-	@mkdir -p $(@D)
-	packaging/embed.sh vit_shader_source vit_shader_sources vitrine/gl.h keep $(wordlist 2,999,$^) >$@.tmp && mv $@.tmp $@
+	@echo '$(GEN_LIST)' | cmp -s - $@ || echo '$(GEN_LIST)' >$@
+$(O)/gen/presets_builtin.list: GEN_LIST = $(PRESETS)
+$(O)/gen/shader_sources.list: GEN_LIST = $(SHADERS)
+$(O)/gen/presets_builtin.c: packaging/embed.sh $(O)/gen/presets_builtin.list $(PRESETS)
+	$(call say,EMBED,$@)
+	$(Q)packaging/embed.sh vit_preset_builtin vit_presets_builtin vitrine/config.h yaml $(PRESETS) >$@.tmp && mv $@.tmp $@
+$(O)/gen/shader_sources.c: packaging/embed.sh $(O)/gen/shader_sources.list $(SHADERS)
+	$(call say,EMBED,$@)
+	$(Q)packaging/embed.sh vit_shader_source vit_shader_sources vitrine/gl.h keep $(SHADERS) >$@.tmp && mv $@.tmp $@
 
 $(O)/%.o: %.c $(O)/flags
 	@mkdir -p $(@D)
-	$(CC) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CFLAGS) $(CFLAGS) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CFLAGS) $(addprefix -include ,$(BANNED)) $(CFLAGS) -MMD -MP -c $< -o $@
 $(O)/%.o: %.cc $(O)/flags
 	@mkdir -p $(@D)
-	$(CXX) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CXXFLAGS) $(CXXFLAGS) -c $< -o $@
+	$(call say,CXX,$@)
+	$(Q)$(CXX) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CXXFLAGS) $(CXXFLAGS) -MMD -MP -c $< -o $@
 $(O)/gen/%.o: $(O)/gen/%.c $(O)/flags
-	$(CC) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CFLAGS) $(CFLAGS) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(VIT_CPPFLAGS) $(CPPFLAGS) $(VIT_CFLAGS) $(CFLAGS) -MMD -MP -c $< -o $@
 $(LIB): $(LIB_OBJ)
-	@rm -f $@
-	$(AR) rcs $@ $^
-$(BIN): $(O)/src/app/main.o $(LIB)
-	$(CXX) $(VIT_LDFLAGS) $(LDFLAGS) $^ $(VIT_LDLIBS) -o $@
-# One test binary per file, cmocka, linked with the whole library.
+	$(call say,AR,$@)
+	$(Q)rm -f $@ && $(AR) rcsD $@ $^
+$(BIN): $(MAIN_SRC:%.c=$(O)/%.o) $(LIB)
+	$(call say,LINK,$@)
+	$(Q)$(CXX) $(VIT_LDFLAGS) $(LDFLAGS) $^ $(VIT_LDLIBS) -o $@
+# One test binary per file, linked with the whole library.
+$(FUZZ_BIN): $(O)/%: $(O)/%.o $(LIB)
+	$(call say,LINK,$@)
+	$(Q)$(CXX) $(VIT_LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) $(LDFLAGS) $^ $(VIT_LDLIBS) -o $@
 $(O)/tests/%: $(O)/tests/%.o $(LIB)
-	$(CXX) $(VIT_LDFLAGS) $(LDFLAGS) $^ $(VIT_LDLIBS) $(CMOCKA_LIBS) -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CXX) $(VIT_LDFLAGS) $(LDFLAGS) $^ $(VIT_LDLIBS) $(CMOCKA_LIBS) -o $@
 
--include $(patsubst %.o,%.d,$(LIB_OBJ)) $(O)/src/app/main.d $(patsubst %,%.d,$(UNIT_BIN) $(GL_BIN))
+-include $(ALL_OBJ:.o=.d)
 
-# Tests -----------------------------------------------------------------------------------------------------
-.PHONY: unit
-unit: $(UNIT_BIN)
-	@tests/run.sh $(UNIT_BIN)
+.PHONY: run
+run: $(BIN) ## install what is missing, build, draw the built-in head into build/vitrine.png
+	$(BIN) snapshot phantom:head -o $(BUILD)/vitrine.png
+	@echo "wrote $(BUILD)/vitrine.png"
+	@echo "look at it with any viewer (xdg-open $(BUILD)/vitrine.png), or copy it to a machine with a screen;"
+	@echo "your own data: $(BIN) snapshot FOLDER -o OUT.png --preset NAME; $(BIN) presets list shows the names"
 
-.PHONY: clean FORCE
-clean:
+SHARE = $(DESTDIR)$(PREFIX)/share
+MAN := $(wildcard packaging/*.1)
+.PHONY: install uninstall
+install: $(BIN) ## binary, presets, licence and man page under $(DESTDIR)$(PREFIX)
+	install -D -m 755 $(BIN) $(DESTDIR)$(PREFIX)/bin/vitrine
+	install -D -m 644 -t $(SHARE)/doc/vitrine LICENSE $(wildcard README.md)
+	$(if $(PRESETS),install -D -m 644 -t $(SHARE)/vitrine/presets $(PRESETS))
+	$(if $(MAN),install -D -m 644 -t $(SHARE)/man/man1 $(MAN))
+uninstall: ## takes away what install put there
+	rm -f $(DESTDIR)$(PREFIX)/bin/vitrine $(patsubst packaging/%,$(SHARE)/man/man1/%,$(MAN))
+	rm -rf $(SHARE)/vitrine $(SHARE)/doc/vitrine
+
+##
+## Test (all of these install what is missing and build first)
+##
+RUN := tests/run.sh VITRINE=$(BIN)
+.PHONY: unit gl golden lint headers include-rules
+unit: $(UNIT_BIN) ## unit tests; seconds
+	@$(RUN) $(UNIT_BIN)
+gl: $(GL_BIN) ## tests that need a GL context (surfaceless; llvmpipe will do)
+	@$(RUN) $(GL_BIN)
+golden: $(BIN) ## shell tests of the whole binary
+	@$(RUN) $(GOLDEN)
+headers: $(GEN_SRC) ## every header compiles alone: C11, and C++17 where it is meant for C++
+	@$(RUN) $(HEADER_RUN)
+include-rules: ## who may include whom (ARCHITECTURE: modules), and what may stand where
+	@tests/run.sh $(RULES_RUN)
+lint: lint-stamps ## clang-format, clang-tidy, cppcheck, shellcheck
+	@$(RUN) $(LINT_RUN)
+
+RULES_RUN := tests/tools/include-rules.sh tests/tools/include-rules-test.sh
+HEADER_RUN = HEADER_CC=$(CC) HEADER_CXX=$(CXX) 'HEADER_CPPFLAGS=$(VIT_CPPFLAGS)' tests/tools/headers.sh
+LINT_RUN = TEST_TIMEOUT=300 LINT_DIR=$(BUILD)/lint 'LINT_FILES=$(LINT_SRC) $(LINT_HEADERS)' 'LINT_SCRIPTS=$(SCRIPTS)' tests/tools/lint.sh
+
+# One stamp per source and tool, so that they run in parallel and only for what changed. A stamp with text in it is a
+# finding: it is shown by tests/tools/lint.sh, and taken away so that the next run looks again.
+LINT_SRC := $(C_SRC) $(CC_SRC) $(TEST_SRC)
+LINT_HEADERS := $(HEADERS) $(TEST_HEADERS)
+SCRIPTS := .ci/run $(sort $(wildcard packaging/*.sh tests/*.sh tests/*/*.sh tests/*/*/*.sh))
+TIDY_STAMPS := $(patsubst %,$(BUILD)/lint/%.tidy,$(LINT_SRC))
+.PHONY: lint-stamps
+lint-stamps: $(TIDY_STAMPS) $(BUILD)/lint/cppcheck
+$(BUILD)/lint/%.tidy: % .clang-tidy $(HEADERS) $(TEST_HEADERS) | $(GEN_SRC)
+	@mkdir -p $(@D)
+	$(call say,TIDY,$<)
+	$(Q)clang-tidy --quiet $< -- $(if $(filter %.cc,$<),-std=c++17,-std=c11) $(VIT_CPPFLAGS) $(VIT_WARN) -fopenmp \
+	    >$@ 2>$@.err || cat $@.err >>$@
+	@rm -f $@.err
+$(BUILD)/lint/cppcheck: $(LINT_SRC) $(LINT_HEADERS) tests/tools/cppcheck.supp
+	@mkdir -p $(@D) $(BUILD)/lint/cppcheck.cache
+	$(call say,CHECK,cppcheck)
+	$(Q)cppcheck --quiet --std=c11 --std=c++17 --enable=warning,performance,portability --inline-suppr \
+	    --suppressions-list=tests/tools/cppcheck.supp --cppcheck-build-dir=$(BUILD)/lint/cppcheck.cache -Iinclude -Isrc \
+	    -D__GNUC__ -D_GNU_SOURCE --template=gcc src tests >$@ 2>&1 || echo "cppcheck failed" >>$@
+
+.PHONY: asan clang fuzz fuzz-bins tests-bins
+tests-bins: $(BIN) $(UNIT_BIN) $(GL_BIN)
+ASAN_O := $(BUILD)/asan
+ASAN_RUN = TEST_LABEL=asan TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
+    $(patsubst $(O)/%,$(ASAN_O)/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN) TEST_LABEL= TEST_TIMEOUT=120 VITRINE=$(BIN)
+asan: asan-bins ## the whole suite under AddressSanitizer and UBSan
+	@tests/run.sh $(ASAN_RUN)
+clang: clang-bins ## everything built by the second compiler, and the unit tests run
+	@tests/run.sh $(CLANG_RUN)
+CLANG_O := $(BUILD)/clang/debug
+CLANG_RUN = TEST_LABEL=clang $(patsubst $(O)/%,$(CLANG_O)/%,$(UNIT_BIN)) TEST_LABEL=
+.PHONY: asan-bins clang-bins fuzz-build
+asan-bins:
+	+@$(MAKE) CONFIG=asan WERROR=1 tests-bins
+# Without banned.h, which includes <stdio.h> and others for everybody: here every file must do so itself.
+clang-bins:
+	+@$(MAKE) BUILD=$(BUILD)/clang CONFIG=debug CC=$(CLANG) CXX=$(CLANGXX) BANNED= WERROR=1 tests-bins
+fuzz-bins: $(FUZZ_BIN)
+fuzz-build:
+	+@$(if $(FUZZ_BIN),$(MAKE) CONFIG=fuzz WERROR=1 fuzz-bins)
+FUZZ_SECONDS ?= 10
+fuzz_run = $(if $(FUZZ_BIN),TEST_TIMEOUT=600 FUZZ_SECONDS=$(1) FUZZ_DIR=$(BUILD)/fuzz/tests/fuzz tests/tools/fuzz.sh)
+fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECONDS (10)
+	@tests/run.sh $(call fuzz_run,$(FUZZ_SECONDS))
+
+.PHONY: check check-full check-bins
+# WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
+CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(LINT_RUN) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
+    $(CLANG_RUN) $(ASAN_RUN)
+check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
+	+@$(MAKE) WERROR=1 check-bins
+	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
+check-bins: tests-bins asan-bins clang-bins fuzz-build lint-stamps
+check-full: check ## check, then the long ones: fuzzing for a while, tests/golden/full
+	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
+
+.PHONY: cov bench
+cov: ## lines that the unit, gl and golden tests reach, by file
+	+@$(MAKE) CONFIG=cov tests-bins
+	@find $(BUILD)/cov -name '*.gcda' -delete
+	@tests/run.sh VITRINE=$(BUILD)/cov/vitrine $(patsubst $(O)/%,$(BUILD)/cov/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN)
+	@tests/tools/coverage.sh $(BUILD)/cov
+bench: $(BIN) ## figures for speed and memory; never part of a test
+	@for bench in $(BENCH); do echo "# $$bench"; VITRINE=$(BIN) $$bench || exit 1; done
+
+##
+## Other
+##
+.PHONY: format install-deps install-deps-check clean help FORCE
+format: ## clang-format everything in place
+	clang-format -i $(LINT_SRC) $(LINT_HEADERS)
+install-deps: ## only install the packages that building needs
+	packaging/install-deps.sh build
+install-deps-check: ## only install the packages that testing needs
+	packaging/install-deps.sh check
+clean: ## remove build/
 	rm -rf $(BUILD)
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.* ## /\1\t/p; s/^## *//p' $(firstword $(MAKEFILE_LIST)) | awk -F '\t' \
+	    'NF > 1 { printf "  make %-20s %s\n", $$1, $$2; next } { print }'
 FORCE:

@@ -23,7 +23,7 @@ trap 'exit 1' HUP INT TERM
 # Reads one program's output; writes its counts to SUMS, its skips and failures to FAILURES, and prints its line.
 # cmocka 1.1.5 says `not ok N # SKIP name`, shell tests `ok N - name # SKIP why`. A message without a newline may stand
 # before cmocka's `ok N`: a result in the middle of a line counts if it carries the next number.
-cat >"$work/count.awk" <<'END'
+cat >"$work/count.awk" <<'AWK'
 function result(line) {
     number++
     if (line ~ /# *[Ss][Kk][Ii][Pp]/) {
@@ -52,6 +52,7 @@ function whole(why) {
 { text[NR] = $0 }
 /^1\.\.[0-9]+/ { planned += substr($0, 4) + 0; has_plan = 1; number = 0; next }
 /^(not )?ok [0-9]+/ { result($0); next }
+/^# (not )?ok - / { text[NR] = ""; next } # cmocka, on the group
 /^# / { next }
 match($0, /(not )?ok [0-9]+ (- |# SKIP)/) {
     line = substr($0, RSTART)
@@ -72,14 +73,14 @@ END {
     if (skipped) printf ", %d skipped", skipped
     printf "\n"
     if (failed) {
-        for (i = 1; i <= NR; i++) print "    " text[i]
+        for (i = 1; i <= NR; i++) if (text[i] != "" && text[i] !~ /^ok /) print "    " text[i]
         printf "%s", reason
     } else {
         for (i = 1; i <= NR; i++) if (text[i] ~ /^# /) print "    " text[i]
     }
     print passed + 0, failed + 0, skipped + 0 >>sums
 }
-END
+AWK
 
 now() { date +%s.%N; }
 
