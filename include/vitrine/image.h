@@ -18,12 +18,13 @@ VIT_NODISCARD bool vit_image_write_nrrd(const char *path, const struct vit_frame
 /* PNG (any colour type, 8 or 16 bits; straight alpha becomes premultiplied) or NRRD of 4×W×H or 3×W×H floats. */
 VIT_NODISCARD bool vit_image_read(const char *path, struct vit_frame *frame, const struct vit_log *log);
 
-/* How b differs from a, over R, G, B (and A where both have any): channels in [0,1]. */
+/* How b differs from a, over R, G, B, and A where both have one (a sample of A other than 1); premultiplied, [0,1].
+ * A difference that is no number counts as infinite. All sums are double and in a fixed order. */
 struct vit_image_metrics {
     double max_abs; /* largest absolute difference */
     double rms;
     double psnr_db;          /* 20·log10(1/rms); +inf when equal */
-    double ssim;             /* mean SSIM of luma, 8×8 Gaussian window σ 1.5 (Wang 2004), 1 when equal */
+    double ssim;             /* mean SSIM of luma, 11×11 Gaussian window σ 1.5 (Wang 2004), [-1,1], 1 when equal */
     double bias;             /* mean of b - a */
     int max_column, max_row; /* where max_abs is */
 };
