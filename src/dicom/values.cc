@@ -1,0 +1,214 @@
+/* From stored pixel cells to 16-bit samples: which type, slope and intercept a stack is delivered in, and the
+ * conversion of one slice. As stored wherever all slices agree; else the coarsest common step in which every slice is
+ * still exact; else the finest step that 16 bits can hold, with a warning. PS3.3 C.11.1, PS3.5 section 8. */
+#include "dicom_private.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vitdicom {
+
+namespace {
+
+constexpr double AIR_HU = -1024;
+
+/* Greatest common step of two positive numbers that came from decimal text; 0 when they have none above `least`. */
+double common_step(double a, double b, double least)
+{
+    while (b > 1e-6 * a) {
+        double rest = std::fmod(a, b);
+        if (b - rest < 1e-6 * b)
+            rest = 0; /* 0.3 is not a multiple of 0.1 in binary */
+        a = b;
+        b = rest < 1e-6 * a ? 0 : rest;
+        if (a < least)
+            return 0;
+    }
+    return a;
+}
+
+struct Range {
+    double low, high;
+};
+
+/* HU that the stored bits could express, over all slices. */
+Range possible_range(const std::vector<const Slice *> &slices)
+{
+    Range range{INFINITY, -INFINITY};
+    for (const Slice *slice : slices)
+        for (int32_t stored : {slice->format.lowest(), slice->format.highest()}) {
+            double value = slice->slope * stored + slice->intercept;
+            range.low = std::min(range.low, value);
+            range.high = std::max(range.high, value);
+        }
+    return range;
+}
+
+bool all_as_stored(const std::vector<const Slice *> &slices, Encoding &encoding)
+{
+    const Slice &first = *slices.front();
+    int32_t low = first.format.lowest(), high = first.format.highest();
+    for (const Slice *slice : slices) {
+        if (slice->slope != first.slope || slice->intercept != first.intercept)
+            return false;
+        low = std::min(low, slice->format.lowest());
+        high = std::max(high, slice->format.highest());
+    }
+    if (high > 65535 || (high > 32767 && low < 0))
+        return false;
+    encoding.sample = high > 32767 ? VIT_SAMPLE_U16 : VIT_SAMPLE_I16;
+    encoding.slope = first.slope;
+    encoding.intercept = first.intercept;
+    encoding.as_stored = encoding.exact = true;
+    return true;
+}
+
+} // namespace
+
+void choose_encoding(Stack &stack)
+{
+    Encoding &encoding = stack.encoding;
+    if (all_as_stored(stack.slices, encoding))
+        return;
+    const Slice &first = *stack.slices.front();
+    Range range = possible_range(stack.slices);
+    double wide = range.high - range.low;
+    if (first.is_hu) {
+        /* 16-bit cells could express more than any tissue or metal reads: keep exactness where values really are. */
+        range.low = std::max(range.low, -8192.0);
+        range.high = std::max(range.low, std::min(range.high, 57343.0));
+    }
+    double least = (range.high - range.low) / 65535, step = std::fabs(first.slope);
+    for (const Slice *slice : stack.slices) {
+        for (double other : {std::fabs(slice->slope), std::fabs(slice->intercept - first.intercept)})
+            step =
+                other > 0 && step > 0 ? common_step(std::max(step, other), std::min(step, other), least * 0.999) : step;
+    }
+    encoding.as_stored = false;
+    encoding.exact = step > 0 && step >= least * 0.999;
+    encoding.sample = VIT_SAMPLE_I16;
+    encoding.slope = encoding.exact ? step : (least > 0 ? least : 1);
+    double steps_low = std::ceil((range.low - first.intercept) / encoding.slope - 1e-6);
+    double steps_high = std::floor((range.high - first.intercept) / encoding.slope + 1e-6);
+    bool fits = steps_low >= -32768 && steps_high <= 32767;
+    encoding.intercept = first.intercept + (fits ? 0 : encoding.slope * (steps_low + 32768));
+    if (encoding.exact)
+        stack.warnings.push_back(format("rescale-varies: slices have different rescale values; brought exactly to "
+                                        "slope %g, intercept %g%s",
+                                        encoding.slope, encoding.intercept,
+                                        wide > range.high - range.low ? " (beyond -8192..57343 HU clamped)" : ""));
+    else
+        stack.warnings.push_back(format("rescale-requantised: rescale values of the slices have no common step; values "
+                                        "are rounded to steps of %g",
+                                        encoding.slope));
+}
+
+namespace {
+
+/* Stored cell -> stored value: bits outside the stored ones masked off, sign extended. */
+struct Cell {
+    unsigned shift, fill;
+    bool is_signed;
+    explicit Cell(const PixelFormat &format)
+        : shift(format.high_bit + 1 - format.stored), fill(32 - format.stored), is_signed(format.is_signed)
+    {
+    }
+    int32_t operator()(uint32_t cell) const
+    {
+        uint32_t up = cell >> shift << fill;
+        return is_signed ? int32_t(up) >> fill : int32_t(up >> fill);
+    }
+};
+
+struct Padding {
+    bool on;
+    int32_t low, high;
+    uint16_t whole; /* the cell as written, bits above BitsStored included */
+};
+
+template <typename In, typename Out, typename Map>
+void convert_cells(const PixelFormat &format, const Padding &padding, int32_t padded, Map map, const In *in, Out *out,
+                   size_t count)
+{
+    const Cell cell(format);
+    if (!padding.on) {
+        for (size_t i = 0; i < count; i++)
+            out[i] = Out(map(cell(in[i])));
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        uint32_t raw = in[i];
+        int32_t stored = cell(raw);
+        bool pad = (stored >= padding.low && stored <= padding.high) || (sizeof(In) == 2 && raw == padding.whole);
+        out[i] = Out(pad ? padded : map(stored));
+    }
+}
+
+template <typename In>
+int32_t lowest_unpadded(const PixelFormat &format, const Padding &padding, const In *in, size_t n)
+{
+    const Cell cell(format);
+    int32_t low = INT32_MAX, high = INT32_MIN;
+    for (size_t i = 0; i < n; i++) {
+        int32_t stored = cell(in[i]);
+        if ((stored >= padding.low && stored <= padding.high) || (sizeof(In) == 2 && in[i] == padding.whole))
+            continue;
+        low = std::min(low, stored);
+        high = std::max(high, stored);
+    }
+    if (low > high)
+        return padding.low;
+    return format.inverted ? high : low;
+}
+
+template <typename In, typename Out>
+size_t convert_to(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const In *in, Out *out,
+                  size_t count)
+{
+    const double least = encoding.sample == VIT_SAMPLE_U16 ? 0 : -32768, most = least + 65535;
+    const int32_t mirror = format.lowest() + format.highest();
+    size_t clamped = 0;
+    auto stored_map = [&](int32_t stored) { return format.inverted ? mirror - stored : stored; };
+    auto to_sample = [&](double value) {
+        return std::min(most, std::max(least, std::round((value - encoding.intercept) / encoding.slope)));
+    };
+    auto value_map = [&](int32_t stored) {
+        double value = slice.slope * stored_map(stored) + slice.intercept;
+        double sample = std::round((value - encoding.intercept) / encoding.slope);
+        clamped += sample < least || sample > most;
+        return int32_t(std::min(most, std::max(least, sample)));
+    };
+    Padding padding{format.has_padding, format.padding_low, format.padding_high, uint16_t(format.padding_low)};
+    int32_t padded = 0;
+    if (padding.on && slice.is_hu)
+        padded = int32_t(to_sample(AIR_HU));
+    else if (padding.on) {
+        int32_t stored = lowest_unpadded(format, padding, in, count);
+        padded = encoding.as_stored ? stored_map(stored) : value_map(stored);
+    }
+    if (encoding.as_stored)
+        convert_cells(format, padding, padded, stored_map, in, out, count);
+    else
+        convert_cells(format, padding, padded, value_map, in, out, count);
+    return clamped;
+}
+
+} // namespace
+
+size_t convert(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const void *in, void *out,
+               size_t count)
+{
+    bool wide = format.allocated == 16, is_signed = encoding.sample == VIT_SAMPLE_I16;
+    if (wide && is_signed)
+        return convert_to(slice, format, encoding, static_cast<const uint16_t *>(in), static_cast<int16_t *>(out),
+                          count);
+    if (wide)
+        return convert_to(slice, format, encoding, static_cast<const uint16_t *>(in), static_cast<uint16_t *>(out),
+                          count);
+    if (is_signed)
+        return convert_to(slice, format, encoding, static_cast<const uint8_t *>(in), static_cast<int16_t *>(out),
+                          count);
+    return convert_to(slice, format, encoding, static_cast<const uint8_t *>(in), static_cast<uint16_t *>(out), count);
+}
+
+} // namespace vitdicom
