@@ -177,7 +177,7 @@ void put_identity(Writer &writer, const Series &series, size_t k)
     writer.text(DCM_InstanceNumber, std::to_string(k + 1));
     writer.text(DCM_PatientPosition, "HFS");
     writer.text(DCM_Manufacturer, "Vitrine");
-    writer.text(DCM_PatientName, "VITRINE");
+    writer.text(DCM_PatientName, "VITRINE^ANONYMOUS");
     writer.text(DCM_PatientID, "VITRINE");
     writer.text(DCM_StudyID, "1");
     writer.text(DCM_SoftwareVersions, VIT_VERSION);
