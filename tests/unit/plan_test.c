@@ -1,0 +1,249 @@
+/* plan: every rule and choice, from made-up capabilities. */
+#include "vitrine/plan.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const struct vit_caps all_caps = {.gles_major = 3,
+                                         .max_texture_size = 8192,
+                                         .max_3d_texture_size = 2048,
+                                         .texture_norm16 = 1,
+                                         .texture_half_float_linear = 1,
+                                         .color_buffer_half_float = 1,
+                                         .color_buffer_float = 1,
+                                         .float_blend = 1,
+                                         .fragment_highp = 1};
+
+struct scene {
+    struct vit_volume *volume;
+    struct vit_preset preset;
+    struct vit_transfer_point points[3];
+    char last[1024];
+    int lines;
+    struct vit_log log;
+};
+
+static void keep_line(void *user, enum vit_log_level level, const char *line)
+{
+    struct scene *scene = user;
+    (void)level;
+    snprintf(scene->last, sizeof scene->last, "%s", line);
+    scene->lines++;
+}
+
+/* 64 × 48 × 40 voxels of 1 × 1 × 2 mm; air but for a cube of 500 HU at voxels 20..27. */
+static int setup(void **state)
+{
+    struct scene *scene = calloc(1, sizeof *scene);
+    scene->log = (struct vit_log){keep_line, scene, VIT_LOG_WARN};
+    struct vit_volume_info info = {.n = {64, 48, 40},
+                                   .sample = VIT_SAMPLE_I16,
+                                   .slope = 1,
+                                   .lps_mm_from_vox = vit_mat4_scale(1, 1, 2),
+                                   .is_hu = true};
+    scene->volume = vit_volume_create(&info, &scene->log);
+    int16_t *samples = vit_volume_samples_mut(scene->volume);
+    for (size_t i = 0; i < 64 * 48 * 40; i++) {
+        size_t x = i % 64, y = i / 64 % 48, z = i / 64 / 48;
+        bool inside = x >= 20 && x < 28 && y >= 20 && y < 28 && z >= 20 && z < 28;
+        samples[i] = inside ? 500 : -1000;
+    }
+    if (!vit_volume_finish(scene->volume, &scene->log))
+        return -1;
+    scene->points[0] = (struct vit_transfer_point){-1000, {0, 0, 0}, 0};
+    scene->points[1] = (struct vit_transfer_point){0, {1, 1, 1}, 0};
+    scene->points[2] = (struct vit_transfer_point){500, {1, 1, 1}, 0.5};
+    scene->preset.technique = VIT_TECHNIQUE_COMPOSITE;
+    scene->preset.transfer = (struct vit_transfer){VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1, 3, scene->points};
+    scene->preset.shading.model = VIT_SHADING_NONE;
+    scene->preset.sampling.slices_per_voxel = 1;
+    scene->preset.sampling.filter = VIT_FILTER_LINEAR;
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    scene->preset.sampling.texture_bits = 16;
+    *state = scene;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    struct scene *scene = *state;
+    vit_volume_destroy(&scene->volume);
+    free(scene);
+    return 0;
+}
+
+static struct vit_plan_request ask(const struct scene *scene)
+{
+    return (struct vit_plan_request){.volume = scene->volume,
+                                     .preset = &scene->preset,
+                                     .view = vit_view_default(),
+                                     .caps = all_caps,
+                                     .path = VIT_PATH_AUTO};
+}
+
+static struct vit_plan make(const struct scene *scene, const struct vit_plan_request *request)
+{
+    struct vit_plan plan;
+    assert_int_equal(vit_plan_make(&plan, request, &scene->log), VIT_PLAN_DONE);
+    return plan;
+}
+
+static bool leaves_out(const struct vit_plan *plan, const char *what)
+{
+    for (int i = 0; i < plan->left_out_count; i++)
+        if (strcmp(plan->left_out[i].what, what) == 0)
+            return plan->left_out[i].why[0] != '\0';
+    return false;
+}
+
+static void slabs_cover_the_box(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request); /* anterior: 48 mm deep, slabs of 1 mm */
+    assert_true(fabs(plan.slab_mm - 1) < 1e-12);
+    assert_int_equal(plan.slab_count, 48);
+    assert_int_equal(plan.slab_first, -24);
+    scene->preset.sampling.slices_per_voxel =
+        0.4; /* 2.5 mm: faces at multiples of it, the box cuts the first and last */
+    plan = make(scene, &request);
+    assert_int_equal(plan.slab_first, -10);
+    assert_int_equal(plan.slab_count, 20);
+    scene->preset.sampling.slices_per_voxel = 1e5;
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_WRONG);
+    assert_non_null(strstr(scene->last, "slices_per_voxel"));
+    scene->preset.sampling.slices_per_voxel = 1;
+}
+
+static void clip_trims_the_nearest_face(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    scene->preset.clip_mm[VIT_FACE_LEFT] = 16;
+    scene->preset.clip_mm[VIT_FACE_ANTERIOR] = 12;
+    scene->preset.clip_mm[VIT_FACE_INFERIOR] = 8;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(fabs(plan.clip_high[0] - 0.75) < 1e-12 && plan.clip_low[0] == 0);
+    assert_true(fabs(plan.clip_low[1] - 0.25) < 1e-12 && plan.clip_high[1] == 1);
+    assert_true(fabs(plan.clip_low[2] - 0.1) < 1e-12 && plan.clip_high[2] == 1);
+    assert_int_equal(plan.slab_count, 36);
+    assert_int_equal(plan.slab_first, -24);
+    scene->preset.clip_mm[VIT_FACE_RIGHT] = 60;
+    plan = make(scene, &request);
+    assert_int_equal(plan.slab_count, 0);
+    assert_true(leaves_out(&plan, "everything"));
+    memset(scene->preset.clip_mm, 0, sizeof scene->preset.clip_mm);
+}
+
+static void empty_border_is_not_drawn(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    assert_true(leaves_out(&plan, "empty border"));
+    assert_true(plan.draw_low[0] == 16.0 / 64 && plan.draw_high[0] == 32.0 / 64);
+    assert_true(plan.draw_low[2] == 16.0 / 40 && plan.draw_high[2] == 32.0 / 40);
+    assert_true(plan.clip_low[0] == 0 && plan.clip_high[0] == 1);
+    static const char *const keep[] = {"empty-border"};
+    request.keep = keep;
+    request.keep_count = 1;
+    plan = make(scene, &request);
+    assert_false(leaves_out(&plan, "empty border"));
+    assert_true(plan.draw_low[0] == 0 && plan.draw_high[0] == 1);
+    static const char *const wrong[] = {"everything-please"};
+    request.keep = wrong;
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_WRONG);
+    assert_non_null(strstr(scene->last, "empty-border"));
+}
+
+static void formats_follow_capabilities(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    assert_int_equal(plan.texel, VIT_TEXEL_RGBA16);
+    assert_int_equal(plan.target, VIT_TARGET_RGBA32F);
+    assert_int_equal(plan.texture_bytes, 64 * 48 * 40 * 8);
+    request.caps.float_blend = 0;
+    assert_int_equal(make(scene, &request).target, VIT_TARGET_RGBA16F);
+    request.caps.color_buffer_half_float = request.caps.color_buffer_float = 0;
+    assert_int_equal(make(scene, &request).target, VIT_TARGET_RGBA8);
+    request.caps.texture_norm16 = 0;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_RGBA16F);
+    request.caps.texture_half_float_linear = 0;
+    plan = make(scene, &request);
+    assert_int_equal(plan.texel, VIT_TEXEL_RGBA8);
+    assert_true(leaves_out(&plan, "16-bit texels"));
+    request.caps = all_caps;
+    scene->preset.sampling.texture_bits = 8;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_RGBA8);
+    scene->preset.sampling.texture_bits = 16;
+}
+
+static void what_does_not_fit_is_refused_with_the_limit(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan;
+    static const struct {
+        const char *limit, *says;
+    } cases[] = {{"max_3d_texture_size=32", "max_3d_texture_size"},
+                 {"max_3d_texture_size=0", "no 3D textures"},
+                 {"max_texture_mib=0", NULL},
+                 {"max_texture_mib=1", NULL}};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        request.caps = all_caps;
+        assert_true(vit_caps_limit(&request.caps, cases[i].limit, NULL));
+        scene->lines = 0;
+        enum vit_plan_result result = vit_plan_make(&plan, &request, &scene->log);
+        assert_int_equal(result, cases[i].says ? VIT_PLAN_DOES_NOT_FIT : VIT_PLAN_DONE);
+        assert_int_equal(scene->lines, cases[i].says ? 1 : 0);
+        if (cases[i].says)
+            assert_non_null(strstr(scene->last, cases[i].says));
+    }
+    request.caps = (struct vit_caps){0};
+    request.path = VIT_PATH_REFERENCE; /* needs no GL */
+    assert_int_equal(make(scene, &request).path, VIT_PATH_REFERENCE);
+}
+
+static void the_eye_bounds_what_is_drawn(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    request.view.projection = VIT_PROJECTION_PERSPECTIVE;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.features & VIT_FEATURE(PERSPECTIVE));
+    assert_true(fabs(plan.near_mm - 24) < 1e-9); /* the box's anterior face, far from the eye */
+    request.view.projection = VIT_PROJECTION_ORTHO;
+    assert_false(make(scene, &request).features & VIT_FEATURE(PERSPECTIVE));
+}
+
+static void unbuilt_keys_are_listed(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    request.budget_ms = 20;
+    scene->preset.shading.model = VIT_SHADING_LUT;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(leaves_out(&plan, "shading"));
+    assert_true(leaves_out(&plan, "--budget-ms"));
+    scene->preset.shading.model = VIT_SHADING_NONE;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(slabs_cover_the_box),
+        cmocka_unit_test(clip_trims_the_nearest_face),
+        cmocka_unit_test(empty_border_is_not_drawn),
+        cmocka_unit_test(formats_follow_capabilities),
+        cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
+        cmocka_unit_test(the_eye_bounds_what_is_drawn),
+        cmocka_unit_test(unbuilt_keys_are_listed),
+    };
+    return cmocka_run_group_tests_name("plan", tests, setup, teardown);
+}
