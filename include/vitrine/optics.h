@@ -38,4 +38,20 @@ void vit_transfer_slab(const struct vit_transfer *transfer, double hu, double th
  */
 bool vit_transfer_is_empty(const struct vit_transfer *transfer, double hu_low, double hu_high);
 
+/* An axis of a look-up table over HU: piecewise linear, so that control points fall on whole entries and everything
+ * between two entries is one linear piece of the transfer function. Segments get entries in proportion to the square
+ * root of their length: short ramps matter more than their share of the range. A transfer function with more pieces
+ * than fit gets one even segment. */
+#define VIT_HU_AXIS_SEGMENTS_MAX 16
+struct vit_hu_axis {
+    int segments;                            /* [1, VIT_HU_AXIS_SEGMENTS_MAX] */
+    double hu[VIT_HU_AXIS_SEGMENTS_MAX + 1]; /* ascending knots; HU beyond the ends is clamped */
+    int entry[VIT_HU_AXIS_SEGMENTS_MAX + 1]; /* the knots' entries: 0 … entries - 1 */
+    int entries;
+};
+/* entries: [32, 65536]. hu_low < hu_high or equal (then the axis spans 1 HU). */
+struct vit_hu_axis vit_hu_axis_make(const struct vit_transfer *transfer, double hu_low, double hu_high, int entries);
+double vit_hu_axis_entry(const struct vit_hu_axis *axis, double hu); /* [0, entries - 1] */
+double vit_hu_axis_hu(const struct vit_hu_axis *axis, double entry);
+
 #endif
