@@ -54,4 +54,13 @@ struct vit_hu_axis vit_hu_axis_make(const struct vit_transfer *transfer, double 
 double vit_hu_axis_entry(const struct vit_hu_axis *axis, double hu); /* [0, entries - 1] */
 double vit_hu_axis_hu(const struct vit_hu_axis *axis, double entry);
 
+/* Premultiplied RGBA of a slab over which HU runs linearly from `hu_front` (toward the eye) to `hu_back`: split at the
+ * control points it crosses, each piece integrated exactly, composited front to back (OPTICS.md §1). */
+void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, double hu_back, double thickness_mm,
+                        double rgba[4]);
+
+/* The same for every pair of entries of an axis: rgba[(front·entries + back)·4 + channel]. Parallel. */
+void vit_preintegrated_build(const struct vit_transfer *transfer, const struct vit_hu_axis *axis, double thickness_mm,
+                             float *rgba);
+
 #endif
