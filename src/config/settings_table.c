@@ -70,7 +70,8 @@
 const struct vit_option vit_options[] = {
     TEXT("output", 'o', "FILE", output, NULL, BIT(SNAPSHOT) | BIT(REPORT) | BIT(PHANTOM) | BIT(CONVERT) | BIT(PRESETS), G_OUT,
          "file or folder to write; it appears whole or not at all")
-    FLAG("json", 0, json, BIT(BENCH) | BIT(PLAN) | BIT(INFO) | BIT(CAPS), G_OUT, "print one JSON object")
+    FLAG("json", 0, json, BIT(SNAPSHOT) | BIT(BENCH) | BIT(PLAN) | BIT(INFO) | BIT(COMPARE) | BIT(PHANTOM) | BIT(PRESETS) | BIT(CAPS), G_OUT,
+         "print JSON (phantom, presets: of their list)")
     RANGE("frames", INTEGER, "N", "frames", frames, 1, 100000, "72", BIT(BENCH), G_OUT, "frames of one full turn")
     TEXT("diff", 0, "OUT.png", diff, NULL, BIT(COMPARE), G_OUT, "write the difference as a picture")
 
@@ -144,7 +145,7 @@ const struct vit_command_row vit_commands[] = {
      "draw one picture off screen",
      "Draws one picture without a screen. PNG is 8-bit over the preset's background; .nrrd holds the float RGBA, "
      "premultiplied, 4xWxH.",
-     {"vitrine snapshot chest/ -o chest.png",
+     {"vitrine snapshot phantom:head -o head.png",
       "vitrine snapshot head.nrrd -o head.png --preset bone --view 30,20 --size 1024x1024",
       "vitrine snapshot chest/ -o exact.nrrd --path reference --set sampling.slices_per_voxel=4", NULL}},
     {VIT_COMMAND_BENCH,
@@ -178,7 +179,7 @@ const struct vit_command_row vit_commands[] = {
      false,
      "list the stacks found in the input",
      "Lists every stack found, with geometry, HU range and warnings. Prints no patient's name or number.",
-     {"vitrine info chest/", "vitrine info chest/ --json", NULL}},
+     {"vitrine info chest/", "vitrine info phantom:head", "vitrine info chest/ --json", NULL}},
     {VIT_COMMAND_REPORT,
      "report",
      "rays|slices|stiff|scene -o FOLDER [INPUT...] [OPTIONS]",
@@ -204,15 +205,15 @@ const struct vit_command_row vit_commands[] = {
      {"vitrine compare a.png b.png", "vitrine compare exact.nrrd fast.nrrd --rmse 0.005 --diff diff.png", NULL}},
     {VIT_COMMAND_PHANTOM,
      "phantom",
-     "KIND -o FOLDER|FILE.nrrd [OPTIONS]",
+     "list | KIND -o FOLDER|FILE.nrrd [OPTIONS]",
      1,
      1,
      NULL,
-     true,
+     false,
      "write an analytic test object",
-     "Writes an analytic test object as a CT DICOM series (a folder) or NRRD (a file). An unknown KIND lists the known "
-     "ones.",
-     {"vitrine phantom head -o head.nrrd", "vitrine phantom cube-letters -o cube/", NULL}},
+     "Writes an analytic test object as a CT DICOM series (a folder) or NRRD (a file). list: the kinds there are. Any "
+     "INPUT may also be phantom:KIND, which needs no file.",
+     {"vitrine phantom list", "vitrine phantom head -o head.nrrd", "vitrine phantom cube-letters -o cube/", NULL}},
     {VIT_COMMAND_CONVERT,
      "convert",
      "INPUT... -o FOLDER|FILE.nrrd [OPTIONS]",

@@ -1,0 +1,134 @@
+/* app, inside: what the subcommands share. One file per subcommand, each with one function that returns the exit
+ * status; scene.c opens what they work on, terminal.c talks to the person. */
+#ifndef APP_PRIVATE_H
+#define APP_PRIVATE_H
+
+#include <jansson.h>
+#include <pthread.h>
+
+#include "vitrine/config.h"
+#include "vitrine/gl.h"
+#include "vitrine/plan.h"
+#include "vitrine/render.h"
+#include "vitrine/volume.h"
+
+/* ---- terminal.c: log lines and the progress line on stderr, interruption -------------------------------------- */
+
+struct app_terminal {
+    pthread_mutex_t mutex;
+    bool show_progress; /* stderr is a terminal that can clear a line, and nobody said -q */
+    bool line_shown;    /* a progress line stands on the screen */
+    const char *task;
+    uint64_t done;
+    uint64_t started_ns, drawn_ns;
+};
+
+/* Everything a subcommand gets. */
+struct app {
+    const struct vit_settings *settings;
+    struct vit_log log;
+    struct vit_progress progress;
+    struct app_terminal terminal;
+};
+
+void app_init(struct app *app, const struct vit_settings *settings);
+/* Level and progress as the settings ask; to be called once they are parsed. */
+void app_apply_verbosity(struct app *app);
+void app_finish(struct app *app);
+/* True once SIGINT or SIGTERM came: long tasks stop at their next step. */
+bool app_interrupted(void);
+/* Ends the process by the signal that interrupted it, as a shell expects; returns if there was none. */
+void app_die_if_interrupted(void);
+
+/* ---- input.c: from INPUT to a finished volume ------------------------------------------------------------------ */
+
+enum app_input_kind { APP_INPUT_UNKNOWN = 0, APP_INPUT_PHANTOM, APP_INPUT_NRRD, APP_INPUT_DICOM, APP_INPUT_COUNT };
+const char *app_input_kind_name(enum app_input_kind kind);
+/* What the inputs are; UNKNOWN is logged. */
+enum app_input_kind app_input_probe(struct app *app);
+/* The volume that INPUT (and --series) name. NULL: logged. Whatever the reader needed is freed again. */
+struct vit_volume *app_input_open(struct app *app);
+/* The phantom that `phantom:NAME` or NAME names; NULL: logged, with those there are. */
+const struct vit_phantom *app_phantom_find(struct app *app, const char *name);
+/* "512 x 512 x 98 voxels, 0.76 x 0.76 x 1 mm" */
+void app_geometry_text(const struct vit_volume_info *info, char *text, size_t bytes);
+
+/* ---- scene.c: preset, GL, volume and plan ------------------------------------------------------------------------ */
+
+struct app_scene {
+    struct vit_preset *preset;
+    struct vit_gl *gl;    /* NULL for the reference */
+    struct vit_caps caps; /* after --gl-limit */
+    struct vit_volume *volume;
+    struct vit_plan plan;
+    double gl_ms, load_ms; /* context; input */
+};
+
+/* Fast failures first: preset, GL, then the volume, then the plan. On anything but DONE the scene is closed and the
+ * reason logged. */
+VIT_NODISCARD enum vit_exit app_scene_open(struct app_scene *scene, struct app *app);
+/* A new plan for another view of the same scene. */
+VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
+void app_scene_close(struct app_scene *scene);
+/* The context and its limits, as --gl-limit lowers them. */
+VIT_NODISCARD enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps);
+
+/* ---- draw.c: one frame by whatever the plan says ------------------------------------------------------------------
+ */
+
+struct app_drawer {
+    struct vit_renderer *renderer; /* NULL for the reference */
+    struct vit_frame reference;    /* its last frame */
+    struct vit_render_stats stats; /* of the last frame */
+};
+VIT_NODISCARD bool app_drawer_open(struct app_drawer *drawer, struct app_scene *scene);
+/* Draws scene->plan and waits until it is drawn. */
+VIT_NODISCARD bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct app *app);
+/* The last frame, initialised by this call. */
+VIT_NODISCARD bool app_drawer_read(struct app_drawer *drawer, struct vit_frame *frame);
+void app_drawer_close(struct app_drawer *drawer);
+/* Who drew: GL's renderer string, or the reference. */
+const char *app_drawer_name(const struct app_scene *scene);
+
+/* ---- output.c ------------------------------------------------------------------------------------------------------
+ */
+
+bool app_has_suffix(const char *path, const char *suffix);
+bool app_is_nrrd_name(const char *path);
+/* Looks at -o before any work is done: named, none of the inputs, in a folder that can be written to. */
+VIT_NODISCARD enum vit_exit app_output_check(struct app *app);
+/* To .nrrd or .nhdr, or else as a CT series into a folder. */
+VIT_NODISCARD enum vit_exit app_volume_write(struct app *app, const struct vit_volume *volume);
+
+/* ---- json.c --------------------------------------------------------------------------------------------------------
+ */
+
+/* A JSON number, null where the value is not finite. */
+json_t *app_json_number(double value);
+/* A JSON string, null for NULL; file names need not be UTF-8, and then show ? for what is not ASCII. */
+json_t *app_json_text(const char *text, size_t bytes);
+json_t *app_json_string(const char *text);
+json_t *app_json_left_out(const struct vit_plan *plan);
+/* Prints and frees. False without memory (object NULL): logged. */
+VIT_NODISCARD enum vit_exit app_json_print(struct app *app, json_t *object);
+
+/* ---- words ---------------------------------------------------------------------------------------------------------
+ */
+
+double app_ms_since(uint64_t start_ns);
+double app_degrees(double radians);
+
+/* ---- subcommands ---------------------------------------------------------------------------------------------------
+ */
+
+enum vit_exit app_snapshot(struct app *app);
+enum vit_exit app_bench(struct app *app);
+enum vit_exit app_plan(struct app *app);
+enum vit_exit app_info(struct app *app);
+enum vit_exit app_compare(struct app *app);
+enum vit_exit app_phantom(struct app *app);
+enum vit_exit app_convert(struct app *app);
+enum vit_exit app_presets(struct app *app);
+enum vit_exit app_caps(struct app *app);
+
+#endif

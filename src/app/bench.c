@@ -1,0 +1,151 @@
+/* vitrine bench: N frames of one full turn about the patient's vertical axis, timed after warm-up. A frame is what a
+ * viewer pays for it: plan, uploads that the new plan asks for, and drawing until it is finished. */
+#include "app_private.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Warm-up frames spread over the turn, so that every shader variant and texture it needs is there before timing. */
+#define WARM_UP_FRAMES 4
+
+struct series {
+    double *frame_ms, *slices, *fragments; /* one of each per frame; one allocation, from frame_ms */
+    size_t count;
+};
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Sorts. */
+static double median(double *values, size_t count)
+{
+    qsort(values, count, sizeof *values, compare_doubles);
+    return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+}
+
+static enum vit_exit frame_at(double turn, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+{
+    struct vit_view view = app->settings->view;
+    view.azimuth_rad += 2.0 * M_PI * turn;
+    enum vit_exit status = app_scene_plan(scene, app, &view);
+    if (status != VIT_EXIT_DONE)
+        return status;
+    return app_drawer_draw(drawer, scene, app) ? VIT_EXIT_DONE : VIT_EXIT_DISPLAY;
+}
+
+static enum vit_exit warm_up(struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+{
+    enum vit_exit status = VIT_EXIT_DONE;
+    /* The reference has nothing to warm, and each of its frames takes seconds. */
+    for (int i = 0; status == VIT_EXIT_DONE && scene->gl && i < WARM_UP_FRAMES; i++)
+        status = frame_at((double)i / WARM_UP_FRAMES, scene, drawer, app);
+    return status;
+}
+
+static enum vit_exit turn(struct series *series, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+{
+    for (size_t i = 0; i < series->count; i++) {
+        if (!vit_progress_step(&app->progress, "drawing", i, series->count)) {
+            vit_error(&app->log, "bench: cancelled after %zu frames", i);
+            return VIT_EXIT_FAILED;
+        }
+        uint64_t start = vit_clock_ns();
+        enum vit_exit status = frame_at((double)i / (double)series->count, scene, drawer, app);
+        if (status != VIT_EXIT_DONE)
+            return status;
+        series->frame_ms[i] = app_ms_since(start);
+        series->slices[i] = drawer->stats.slices;
+        series->fragments[i] = (double)drawer->stats.fragments;
+    }
+    vit_progress_step(&app->progress, "drawing", series->count, series->count);
+    return VIT_EXIT_DONE;
+}
+
+/* One object; the table is printed from it too, so that they cannot disagree. */
+static json_t *result(struct series *series, const struct app_scene *scene, const struct app_drawer *drawer,
+                      const struct app *app, double setup_ms)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
+    double middle = median(series->frame_ms, series->count);
+    return json_pack("{s:o, s:s, s:s, s:[i,i], s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
+                     "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path),
+                     "preset", scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px,
+                     "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames",
+                     (json_int_t)series->count, "frame_ms_median", app_json_number(middle), "frame_ms_min",
+                     app_json_number(series->frame_ms[0]), "frame_ms_max",
+                     app_json_number(series->frame_ms[series->count - 1]), "load_ms", app_json_number(scene->load_ms),
+                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes,
+                     "slices", (json_int_t)median(series->slices, series->count), "fragments",
+                     (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
+                     (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
+}
+
+static double number(const json_t *object, const char *key)
+{
+    return json_number_value(json_object_get(object, key));
+}
+
+static void print_table(const json_t *object, const struct app_scene *scene, const struct app *app)
+{
+    char geometry[128];
+    app_geometry_text(vit_volume_get_info(scene->volume), geometry, sizeof geometry);
+    printf("volume      %s\n", geometry);
+    printf("picture     %d x %d pixels, %s\n", app->settings->view.width_px, app->settings->view.height_px,
+           scene->preset->name);
+    printf("renderer    %s, path %s\n", app_drawer_name(scene), vit_path_name(scene->plan.path));
+    printf("frames      %.0f over one turn\n", number(object, "frames"));
+    printf("frame       %.2f ms median, %.2f least, %.2f most\n", number(object, "frame_ms_median"),
+           number(object, "frame_ms_min"), number(object, "frame_ms_max"));
+    printf("load        %.0f ms\n", number(object, "load_ms"));
+    printf("set-up      %.0f ms\n", number(object, "setup_ms"));
+    printf("slices      %.0f, %.4g fragments a frame\n", number(object, "slices"), number(object, "fragments"));
+    printf("textures    %.1f MiB\n", number(object, "texture_bytes") / 1048576.0);
+    printf("memory      %.1f MiB at the peak\n", number(object, "peak_rss_bytes") / 1048576.0);
+}
+
+static enum vit_exit measure(struct series *series, struct app_scene *scene, struct app *app)
+{
+    struct app_drawer drawer;
+    if (!app_drawer_open(&drawer, scene))
+        return VIT_EXIT_DISPLAY;
+    enum vit_exit status = warm_up(scene, &drawer, app);
+    double setup_ms = scene->gl_ms + drawer.stats.setup_ms;
+    if (status == VIT_EXIT_DONE)
+        status = turn(series, scene, &drawer, app);
+    if (status != VIT_EXIT_DONE)
+        goto fail;
+    json_t *object = result(series, scene, &drawer, app, setup_ms);
+    if (object && !app->settings->json) {
+        print_table(object, scene, app);
+        json_decref(object);
+    } else {
+        status = app_json_print(app, object);
+    }
+fail:
+    app_drawer_close(&drawer);
+    return status;
+}
+
+enum vit_exit app_bench(struct app *app)
+{
+    struct app_scene scene;
+    struct series series = {.count = app->settings->frames > 0 ? (size_t)app->settings->frames : 1};
+    series.frame_ms = vit_alloc_zero(series.count, 3 * sizeof *series.frame_ms);
+    if (!series.frame_ms) {
+        vit_error(&app->log, "bench: out of memory for %zu frame times; ask for fewer --frames", series.count);
+        return VIT_EXIT_FAILED;
+    }
+    series.slices = series.frame_ms + series.count;
+    series.fragments = series.slices + series.count;
+    enum vit_exit status = app_scene_open(&scene, app);
+    if (status == VIT_EXIT_DONE) {
+        status = measure(&series, &scene, app);
+        app_scene_close(&scene);
+    }
+    vit_free(series.frame_ms);
+    return status;
+}

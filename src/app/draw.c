@@ -1,0 +1,57 @@
+/* One frame of a scene, by the renderer or by the reference: whichever the plan says. */
+#include "app_private.h"
+
+#include "vitrine/reference.h"
+
+#include <string.h>
+
+const char *app_drawer_name(const struct app_scene *scene)
+{
+    return scene->gl ? scene->caps.renderer : "reference (CPU, double precision)";
+}
+
+bool app_drawer_open(struct app_drawer *drawer, struct app_scene *scene)
+{
+    memset(drawer, 0, sizeof *drawer);
+    if (!scene->gl)
+        return true;
+    drawer->renderer = vit_renderer_create(scene->gl, scene->volume);
+    return drawer->renderer != NULL;
+}
+
+static bool draw_reference(struct app_drawer *drawer, struct app_scene *scene, struct app *app)
+{
+    const struct vit_reference_params params = vit_reference_params_default();
+    uint64_t start = vit_clock_ns();
+    vit_frame_clear(&drawer->reference);
+    if (!vit_reference_draw(scene->volume, &scene->plan, &params, &drawer->reference, &app->log, &app->progress))
+        return false;
+    drawer->stats = (struct vit_render_stats){.frame_ms = app_ms_since(start)};
+    return true;
+}
+
+bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct app *app)
+{
+    if (!drawer->renderer)
+        return draw_reference(drawer, scene, app);
+    if (!vit_renderer_prepare(drawer->renderer, &scene->plan, &app->progress) ||
+        !vit_renderer_draw(drawer->renderer, &scene->plan))
+        return false;
+    drawer->stats = vit_renderer_stats(drawer->renderer);
+    return true;
+}
+
+bool app_drawer_read(struct app_drawer *drawer, struct vit_frame *frame)
+{
+    if (drawer->renderer)
+        return vit_renderer_read(drawer->renderer, frame);
+    *frame = drawer->reference;
+    drawer->reference = (struct vit_frame){0};
+    return true;
+}
+
+void app_drawer_close(struct app_drawer *drawer)
+{
+    vit_renderer_destroy(&drawer->renderer);
+    vit_frame_clear(&drawer->reference);
+}

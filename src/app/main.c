@@ -1,0 +1,63 @@
+/* vitrine: reads the command line, runs one subcommand, returns its exit status. */
+#include "app_private.h"
+
+#include <stdio.h>
+
+/* What a later part of the project brings: named here, so that the answer is one clear line. */
+static enum vit_exit not_built_show(struct app *app)
+{
+    vit_error(&app->log,
+              "show: this build has no full-screen display; `vitrine snapshot INPUT -o OUT.png` makes the picture");
+    return VIT_EXIT_FAILED;
+}
+
+static enum vit_exit not_built_report(struct app *app)
+{
+    vit_error(&app->log,
+              "report: this build has no reports; `vitrine bench` measures time, `vitrine compare` differences");
+    return VIT_EXIT_FAILED;
+}
+
+/* Row i belongs to enum vit_command i. */
+static enum vit_exit (*const commands[VIT_COMMAND_COUNT])(struct app *app) = {
+    [VIT_COMMAND_SHOW] = not_built_show, [VIT_COMMAND_SNAPSHOT] = app_snapshot, [VIT_COMMAND_BENCH] = app_bench,
+    [VIT_COMMAND_PLAN] = app_plan,       [VIT_COMMAND_INFO] = app_info,         [VIT_COMMAND_REPORT] = not_built_report,
+    [VIT_COMMAND_COMPARE] = app_compare, [VIT_COMMAND_PHANTOM] = app_phantom,   [VIT_COMMAND_CONVERT] = app_convert,
+    [VIT_COMMAND_PRESETS] = app_presets, [VIT_COMMAND_CAPS] = app_caps,
+};
+
+static enum vit_exit run(struct app *app, struct vit_settings *settings, int argc, char **argv)
+{
+    if (!vit_settings_parse(settings, argc, argv, &app->log))
+        return VIT_EXIT_USAGE;
+    app_apply_verbosity(app);
+    if (settings->version) {
+        puts("vitrine " VIT_VERSION);
+        return VIT_EXIT_DONE;
+    }
+    if (settings->help) {
+        vit_settings_help(settings->command, stdout);
+        return VIT_EXIT_DONE;
+    }
+    if (settings->command <= VIT_COMMAND_UNKNOWN || settings->command >= VIT_COMMAND_COUNT) {
+        vit_error(&app->log, "no command given; `vitrine --help` lists them");
+        return VIT_EXIT_USAGE;
+    }
+    return commands[settings->command](app);
+}
+
+int main(int argc, char **argv)
+{
+    struct vit_settings settings = {0};
+    struct app app;
+    app_init(&app, &settings);
+    enum vit_exit status = run(&app, &settings, argc, argv);
+    /* A full disk behind stdout is a failure too. */
+    if ((fflush(stdout) || ferror(stdout)) && status == VIT_EXIT_DONE) {
+        vit_error(&app.log, "standard output: not everything could be written");
+        status = VIT_EXIT_FAILED;
+    }
+    app_finish(&app);
+    app_die_if_interrupted();
+    return (int)status;
+}

@@ -1,0 +1,91 @@
+/* A scene: preset, GL context, volume, plan. Opened in the order of what fails fastest, so that a mistyped preset or a
+ * machine without GL does not cost the reading of a thousand slices. */
+#include "app_private.h"
+
+#include <string.h>
+
+enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps)
+{
+    const struct vit_settings *settings = app->settings;
+    *gl = vit_gl_create(3, &app->log);
+    if (!*gl)
+        return VIT_EXIT_DISPLAY;
+    vit_gl_set_shader_dir(*gl, settings->shader_dir);
+    *caps = *vit_gl_caps(*gl);
+    for (size_t i = 0; i < settings->gl_limit_count; i++) {
+        if (!vit_caps_limit(caps, settings->gl_limit[i], &app->log)) {
+            vit_gl_destroy(gl);
+            return VIT_EXIT_USAGE;
+        }
+    }
+    return VIT_EXIT_DONE;
+}
+
+static enum vit_exit preset_open(struct app *app, struct vit_preset **preset)
+{
+    const struct vit_settings *settings = app->settings;
+    *preset = vit_preset_create(settings->preset, &app->log);
+    if (!*preset)
+        return VIT_EXIT_USAGE;
+    for (size_t i = 0; i < settings->set_count; i++)
+        if (!vit_preset_set(*preset, settings->set[i], &app->log))
+            return VIT_EXIT_USAGE;
+    return VIT_EXIT_DONE;
+}
+
+enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view)
+{
+    const struct vit_settings *settings = app->settings;
+    const struct vit_plan_request request = {
+        .volume = scene->volume,
+        .preset = scene->preset,
+        .view = *view,
+        .caps = scene->caps,
+        .path = settings->path,
+        .keep = settings->keep,
+        .keep_count = settings->keep_count,
+        .budget_ms = settings->budget_ms,
+        .max_error = settings->max_error,
+    };
+    switch (vit_plan_make(&scene->plan, &request, &app->log)) {
+    case VIT_PLAN_DONE:
+        return VIT_EXIT_DONE;
+    case VIT_PLAN_WRONG:
+        return VIT_EXIT_USAGE;
+    default:
+        return VIT_EXIT_DISPLAY;
+    }
+}
+
+static enum vit_exit open_parts(struct app_scene *scene, struct app *app)
+{
+    enum vit_exit status = preset_open(app, &scene->preset);
+    uint64_t start = vit_clock_ns();
+    if (status == VIT_EXIT_DONE && app->settings->path != VIT_PATH_REFERENCE)
+        status = app_gl_open(app, &scene->gl, &scene->caps);
+    if (status != VIT_EXIT_DONE)
+        return status;
+    scene->gl_ms = app_ms_since(start);
+    start = vit_clock_ns();
+    scene->volume = app_input_open(app);
+    if (!scene->volume)
+        return VIT_EXIT_INPUT;
+    scene->load_ms = app_ms_since(start);
+    return app_scene_plan(scene, app, &app->settings->view);
+}
+
+enum vit_exit app_scene_open(struct app_scene *scene, struct app *app)
+{
+    memset(scene, 0, sizeof *scene);
+    enum vit_exit status = open_parts(scene, app);
+    if (status != VIT_EXIT_DONE)
+        app_scene_close(scene);
+    return status;
+}
+
+void app_scene_close(struct app_scene *scene)
+{
+    vit_gl_destroy(&scene->gl);
+    vit_volume_destroy(&scene->volume);
+    vit_preset_destroy(&scene->preset);
+}
