@@ -103,8 +103,8 @@ static void entry_print(const struct entry *entry, bool verbose)
     char geometry[128];
     app_geometry_text(info, geometry, sizeof geometry);
     if (stack)
-        printf("stack %zu%s: %s %s, series %d, %s\n", entry->number, entry->chosen ? " (taken)" : "", stack->modality,
-               stack->plane, stack->series_number, stack->transfer_syntax);
+        printf("stack %zu%s: %s %s, %zu slices, series %d, %s\n", entry->number, entry->chosen ? " (taken)" : "",
+               stack->modality, stack->plane, stack->slices, stack->series_number, stack->transfer_syntax);
     if (stack && verbose)
         printf("  series UID %s\n", stack->series_uid);
     if (stack && !stack->readable) {
