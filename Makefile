@@ -99,7 +99,7 @@ $(O)/flags: FORCE
 HEADERS := $(sort $(wildcard include/vitrine/*.h src/*/*.h))
 C_SRC := $(sort $(wildcard src/*/*.c))
 CC_SRC := $(sort $(wildcard src/*/*.cc))
-TEST_SRC := $(sort $(wildcard tests/unit/*.c tests/gl/*.c tests/fuzz/*.c))
+TEST_SRC := $(sort $(wildcard tests/unit/*.c tests/gl/*.c tests/fuzz/*.c tests/bench/*.c))
 TEST_HEADERS := $(sort $(wildcard tests/*/*.h))
 PRESETS := $(sort $(wildcard configs/presets/*.yaml))
 SHADERS := $(sort $(wildcard shaders/*.vert shaders/*.frag shaders/*.glsl))
@@ -113,8 +113,9 @@ UNIT_BIN := $(call test_bins,unit,test)
 GL_BIN := $(call test_bins,gl,test)
 FUZZ_BIN := $(call test_bins,fuzz,fuzz)
 GOLDEN := $(sort $(wildcard tests/golden/*.sh))
+BENCH_BIN := $(patsubst %.c,$(O)/%,$(sort $(wildcard tests/bench/*.c)))
 BENCH := $(sort $(wildcard tests/bench/*.sh))
-ALL_OBJ := $(LIB_OBJ) $(MAIN_SRC:%.c=$(O)/%.o) $(patsubst %,%.o,$(UNIT_BIN) $(GL_BIN) $(FUZZ_BIN))
+ALL_OBJ := $(LIB_OBJ) $(MAIN_SRC:%.c=$(O)/%.o) $(patsubst %,%.o,$(UNIT_BIN) $(GL_BIN) $(FUZZ_BIN) $(BENCH_BIN))
 
 ##
 ## Build
@@ -256,7 +257,7 @@ CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(LINT_RUN) TEST_
 check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
 	+@$(MAKE) WERROR=1 check-bins
 	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
-check-bins: tests-bins asan-bins clang-bins fuzz-build lint-stamps
+check-bins: tests-bins asan-bins clang-bins fuzz-build lint-stamps $(BENCH_BIN)
 check-full: check ## check, then the long ones: fuzzing for a while, tests/golden/full
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
 
@@ -266,8 +267,8 @@ cov: ## lines that the unit, gl and golden tests reach, by file
 	@find $(BUILD)/cov -name '*.gcda' -delete
 	@tests/run.sh VITRINE=$(BUILD)/cov/vitrine $(patsubst $(O)/%,$(BUILD)/cov/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN)
 	@tests/tools/coverage.sh $(BUILD)/cov
-bench: $(BIN) ## figures for speed and memory; never part of a test
-	@for bench in $(BENCH); do echo "# $$bench"; VITRINE=$(BIN) $$bench || exit 1; done
+bench: $(BIN) $(BENCH_BIN) ## figures for speed and memory; never part of a test
+	@for bench in $(BENCH); do echo "# $$bench"; VITRINE=$(BIN) BENCH_DIR=$(O)/tests/bench $$bench || exit 1; done
 
 ##
 ## Other
