@@ -121,7 +121,7 @@ struct vit_settings {
     const char *series;   /* NULL: choose */
     const char *set[VIT_SETTINGS_LIST_MAX], *keep[VIT_SETTINGS_LIST_MAX], *gl_limit[VIT_SETTINGS_LIST_MAX];
     size_t set_count, keep_count, gl_limit_count;
-    const char *config;              /* show --config; NULL: none named */
+    const char *config;          /* show --config; NULL: none named */
     const char *shader_dir;      /* NULL: the embedded ones */
     double budget_ms, max_error; /* 0: none */
     int frames;                  /* bench */

@@ -44,8 +44,8 @@ struct vit_key {
 extern const struct vit_key vit_keys[]; /* path NULL ends */
 #define VIT_KEYS_MAX 64
 
-#define VIT_PRESET_FILE_MAX  (4u << 20) /* bytes; 65536 points fit */
-#define VIT_PRESET_NODES_MAX (1u << 20) /* YAML nodes */
+#define VIT_PRESET_FILE_MAX  (12u << 20) /* bytes; 65536 points with all their digits fit */
+#define VIT_PRESET_NODES_MAX (1u << 20)  /* YAML nodes */
 #define VIT_PRESET_DEPTH_MAX 16
 #define VIT_PRESET_FOLDER    "/etc/vitrine/presets"
 

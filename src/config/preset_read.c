@@ -1,41 +1,17 @@
-/* YAML to preset: libyaml's node tree, walked by the table of keys. Every refusal says file, line, column, what was met
- * and what is allowed. libyaml stays in this file. */
-#include "preset_private.h"
+/* YAML tree to preset: libyaml's nodes, walked by the table of keys. Every refusal says file, line, column, what was
+ * met and what is allowed. */
+#include "reading_private.h"
 
 #include <math.h>
 #include <string.h>
-#include <yaml.h>
-
-struct reading {
-    const char *origin; /* names the text in messages */
-    bool positions;     /* false for --set, where line and column say nothing */
-    bool partial;       /* --set: keys left out keep their value */
-    const struct vit_log *log;
-    yaml_document_t *document;
-    struct vit_preset *preset;
-};
-
-static bool refuse_at(const struct reading *r, yaml_mark_t mark, const char *format, ...) VIT_PRINTF(3, 4);
-static bool refuse_at(const struct reading *r, yaml_mark_t mark, const char *format, ...)
-{
-    char message[900];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    if (r->positions)
-        vit_error(r->log, "%.400s:%zu:%zu: %s", r->origin, mark.line + 1, mark.column + 1, message);
-    else
-        vit_error(r->log, "%.400s: %s", r->origin, message);
-    return false;
-}
 
 /* `key` has a wrong value. */
-static bool refuse_value(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, const char *what)
+static bool refuse_value(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node,
+                         const char *what)
 {
     char allowed[400];
     vit_key_allowed(key, allowed, sizeof allowed);
-    return refuse_at(r, node->start_mark, "`%s` %s; allowed: %s", key->path, what, allowed);
+    return vit_reading_refuse(r, node->start_mark, "`%s` %s; allowed: %s", key->path, what, allowed);
 }
 
 static const char *kind_text(const yaml_node_t *node)
@@ -47,7 +23,7 @@ static const char *kind_text(const yaml_node_t *node)
     return node->data.scalar.length == 0 && node->data.scalar.style == YAML_PLAIN_SCALAR_STYLE ? "nothing" : "a value";
 }
 
-static bool refuse_kind(const struct reading *r, const struct vit_key *key, const yaml_node_t *node)
+static bool refuse_kind(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node)
 {
     char what[64];
     snprintf(what, sizeof what, "cannot be %s", kind_text(node));
@@ -65,27 +41,29 @@ static const char *scalar_text(const yaml_node_t *node)
 
 /* ---- single values ----------------------------------------------------------------------------------------- */
 
-static bool read_number(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, double *out)
+static bool read_number(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, double *out)
 {
     const char *text = scalar_text(node);
     char what[96];
+    double value = 0;
     if (!text || !text[0])
         return refuse_kind(r, key, node);
-    if (node->data.scalar.style != YAML_PLAIN_SCALAR_STYLE || !vit_number_parse(text, out)) {
+    if (node->data.scalar.style != YAML_PLAIN_SCALAR_STYLE || !vit_number_parse(text, &value)) {
         snprintf(what, sizeof what, "is not a finite number: `%.40s`%s", text,
                  node->data.scalar.style != YAML_PLAIN_SCALAR_STYLE ? " in quotes" : "");
         return refuse_value(r, key, node, what);
     }
-    if (*out < key->min || *out > key->max) {
+    if (value < key->min || value > key->max) {
         snprintf(what, sizeof what, "%.40s is out of range", text);
         return refuse_value(r, key, node, what);
     }
+    *out = value;
     return true;
 }
 
-static bool read_integer(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
+static bool read_integer(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
 {
-    double value;
+    double value = 0;
     if (!read_number(r, key, node, &value))
         return false;
     if (value != floor(value))
@@ -94,7 +72,7 @@ static bool read_integer(const struct reading *r, const struct vit_key *key, con
     return true;
 }
 
-static bool read_word(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
+static bool read_word(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
 {
     const char *text = scalar_text(node);
     if (!text || !text[0])
@@ -111,7 +89,7 @@ static bool read_word(const struct reading *r, const struct vit_key *key, const 
     return refuse_value(r, key, node, what);
 }
 
-static bool read_flag(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, bool *out)
+static bool read_flag(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, bool *out)
 {
     const char *text = scalar_text(node);
     if (!text || (strcmp(text, "true") != 0 && strcmp(text, "false") != 0))
@@ -120,7 +98,7 @@ static bool read_flag(const struct reading *r, const struct vit_key *key, const 
     return true;
 }
 
-static bool read_triple(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, double out[3])
+static bool read_triple(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, double out[3])
 {
     if (node->type != YAML_SEQUENCE_NODE)
         return refuse_kind(r, key, node);
@@ -137,7 +115,7 @@ static bool read_triple(const struct reading *r, const struct vit_key *key, cons
     return true;
 }
 
-static bool read_text(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, char **out)
+static bool read_text(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, char **out)
 {
     const char *text = scalar_text(node);
     if (!text)
@@ -152,7 +130,7 @@ static bool read_text(const struct reading *r, const struct vit_key *key, const 
             return refuse_value(r, key, node, "holds a line break or control character");
     char *copy = vit_strprintf("%.*s", (int)length, text);
     if (!copy)
-        return refuse_at(r, node->start_mark, "out of memory");
+        return vit_reading_refuse(r, node->start_mark, "out of memory");
     if (key->type == VIT_KEY_NAME && !vit_preset_name_valid(copy)) {
         vit_free(copy);
         return refuse_value(r, key, node, "has a character that names cannot have");
@@ -164,10 +142,8 @@ static bool read_text(const struct reading *r, const struct vit_key *key, const 
 
 /* ---- lists ---------------------------------------------------------------------------------------------------- */
 
-static bool read_map(const struct reading *r, const char *prefix, const yaml_node_t *node, void *base);
-
 /* Items in order by their first double (hu, gradient), with at most `most_equal` sharing a value. */
-static bool check_order(const struct reading *r, const struct vit_key *key, const struct vit_key_list *list,
+static bool check_order(const struct vit_reading *r, const struct vit_key *key, const struct vit_key_list *list,
                         const char *items, size_t index, const yaml_node_t *node)
 {
     double value[3];
@@ -180,17 +156,17 @@ static bool check_order(const struct reading *r, const struct vit_key *key, cons
     vit_number_text(value[0], now);
     vit_number_text(value[1], before);
     if (value[0] < value[1])
-        return refuse_at(r, node->start_mark, "`%s`: %s comes after %s; allowed: ascending order", key->path, now,
-                         before);
+        return vit_reading_refuse(r, node->start_mark, "`%s`: %s comes after %s; allowed: ascending order", key->path,
+                                  now, before);
     if (list->most_equal == 1)
-        return refuse_at(r, node->start_mark, "`%s`: %s is there twice; allowed: once", key->path, now);
+        return vit_reading_refuse(r, node->start_mark, "`%s`: %s is there twice; allowed: once", key->path, now);
     if (index > 1 && value[1] == value[2])
-        return refuse_at(r, node->start_mark, "`%s`: %s is there three times; allowed: two, which make a step",
-                         key->path, now);
+        return vit_reading_refuse(r, node->start_mark, "`%s`: %s is there three times; allowed: two, which make a step",
+                                  key->path, now);
     return true;
 }
 
-static bool read_list(const struct reading *r, const struct vit_key *key, const yaml_node_t *node)
+static bool read_list(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node)
 {
     if (node->type != YAML_SEQUENCE_NODE)
         return refuse_kind(r, key, node);
@@ -205,18 +181,18 @@ static bool read_list(const struct reading *r, const struct vit_key *key, const 
     snprintf(prefix, sizeof prefix, "%s[].", key->path);
     char *items = vit_alloc_zero(count, list->item_bytes);
     if (!items)
-        return refuse_at(r, node->start_mark, "out of memory");
+        return vit_reading_refuse(r, node->start_mark, "out of memory");
     for (size_t i = 0; i < count; i++) {
         const yaml_node_t *item = yaml_document_get_node(r->document, from[i]);
         char *to = items + i * list->item_bytes;
         if (!vit_keys_initial(prefix, to)) {
-            refuse_at(r, item->start_mark, "out of memory");
+            vit_reading_refuse(r, item->start_mark, "out of memory");
             goto fail;
         }
         /* An item is new: nothing of it may be left out, --set or not. */
-        struct reading whole = *r;
+        struct vit_reading whole = *r;
         whole.partial = false;
-        if (!read_map(&whole, prefix, item, to) || !check_order(r, key, list, items, i, item))
+        if (!vit_reading_map(&whole, prefix, item, to) || !check_order(r, key, list, items, i, item))
             goto fail;
     }
     vit_key_list_replace(key, r->preset, items, count);
@@ -228,7 +204,7 @@ fail:
 
 /* ---- maps ------------------------------------------------------------------------------------------------------- */
 
-static bool read_value(const struct reading *r, const struct vit_key *key, const yaml_node_t *node, void *base)
+bool vit_reading_value(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, void *base)
 {
     void *to = (char *)base + key->offset;
     switch (key->type) {
@@ -271,7 +247,7 @@ static size_t entry_length(const struct vit_key *key, const char *prefix)
 
 /* Index of the first row for `name` in the map at `prefix`: its own or the first of its section. -1: there is none.
  * Where rows share a path, the one that applies; *applies says whether any does. */
-static int find_entry(const struct reading *r, const char *prefix, const char *name, bool *applies)
+static int find_entry(const struct vit_reading *r, const char *prefix, const char *name, bool *applies)
 {
     int found = -1;
     *applies = false;
@@ -288,7 +264,7 @@ static int find_entry(const struct reading *r, const char *prefix, const char *n
 }
 
 /* "; nearest: `hu`; allowed: hu, color, opacity": the names that a map at `prefix` may have now. name may be NULL. */
-static void entries_text(const struct reading *r, const char *prefix, const char *name, char *out, size_t bytes)
+static void entries_text(const struct vit_reading *r, const char *prefix, const char *name, char *out, size_t bytes)
 {
     struct vit_nearest nearest = vit_nearest_make(name ? name : "");
     char names[VIT_KEYS_MAX][24], all[400] = "";
@@ -320,42 +296,42 @@ static void place_text(const char *prefix, char *out, size_t bytes)
         snprintf(out, bytes, "`%.*s`", (int)length - 1, prefix);
 }
 
-static bool refuse_key(const struct reading *r, const char *prefix, const yaml_node_t *key, const char *name,
+static bool refuse_key(const struct vit_reading *r, const char *prefix, const yaml_node_t *key, const char *name,
                        bool known)
 {
     char names[500], place[80];
     entries_text(r, prefix, known ? NULL : name, names, sizeof names);
     place_text(prefix, place, sizeof place);
     if (known)
-        return refuse_at(r, key->start_mark,
-                         "key `%s` does not go with `transfer.quantity: %s` and `transfer.emission: %s`%s", name,
-                         vit_words_name(&vit_words_quantity, (int)r->preset->transfer.quantity),
-                         vit_words_name(&vit_words_emission, (int)r->preset->transfer.emission), names);
-    return refuse_at(r, key->start_mark, "unknown key `%.40s` in %s%s", name, place, names);
+        return vit_reading_refuse(r, key->start_mark,
+                                  "key `%s` does not go with `transfer.quantity: %s` and `transfer.emission: %s`%s",
+                                  name, vit_words_name(&vit_words_quantity, (int)r->preset->transfer.quantity),
+                                  vit_words_name(&vit_words_emission, (int)r->preset->transfer.emission), names);
+    return vit_reading_refuse(r, key->start_mark, "unknown key `%.40s` in %s%s", name, place, names);
 }
 
 /* First pass over a map: which rows have which value. at[row] = index of the node. */
-static bool map_entries(const struct reading *r, const char *prefix, const yaml_node_t *node, int at[VIT_KEYS_MAX])
+static bool map_entries(const struct vit_reading *r, const char *prefix, const yaml_node_t *node, int at[VIT_KEYS_MAX])
 {
     const yaml_node_pair_t *pair = node->data.mapping.pairs.start;
     for (; pair < node->data.mapping.pairs.top; pair++) {
         const yaml_node_t *key = yaml_document_get_node(r->document, pair->key);
         const char *name = scalar_text(key);
         if (!name)
-            return refuse_at(r, key->start_mark, "a key cannot be %s; allowed: a name", kind_text(key));
+            return vit_reading_refuse(r, key->start_mark, "a key cannot be %s; allowed: a name", kind_text(key));
         bool applies;
         int row = find_entry(r, prefix, name, &applies);
         if (row < 0 || !applies)
             return refuse_key(r, prefix, key, name, row >= 0);
         if (at[row])
-            return refuse_at(r, key->start_mark, "key `%s` is there twice; allowed: once", name);
+            return vit_reading_refuse(r, key->start_mark, "key `%s` is there twice; allowed: once", name);
         at[row] = pair->value;
     }
     return true;
 }
 
 /* The first key that must be given in what begins at row `first`; NULL: none. */
-static const struct vit_key *missing_key(const struct reading *r, const char *prefix, const struct vit_key *first)
+static const struct vit_key *missing_key(const struct vit_reading *r, const char *prefix, const struct vit_key *first)
 {
     size_t length = strlen(prefix) + entry_length(first, prefix);
     for (const struct vit_key *key = first; key->path && strncmp(key->path, first->path, length) == 0; key++)
@@ -364,7 +340,8 @@ static const struct vit_key *missing_key(const struct reading *r, const char *pr
     return NULL;
 }
 
-static bool read_entry(const struct reading *r, const char *prefix, int row, const yaml_node_t *map, int at, void *base)
+static bool read_entry(const struct vit_reading *r, const char *prefix, int row, const yaml_node_t *map, int at,
+                       void *base)
 {
     const struct vit_key *key = &vit_keys[row];
     size_t length = strlen(prefix) + entry_length(key, prefix);
@@ -374,26 +351,26 @@ static bool read_entry(const struct reading *r, const char *prefix, int row, con
         if (!missing)
             return true;
         vit_key_allowed(missing, allowed, sizeof allowed);
-        return refuse_at(r, map->start_mark, "key `%s` is missing; allowed: %s", missing->path, allowed);
+        return vit_reading_refuse(r, map->start_mark, "key `%s` is missing; allowed: %s", missing->path, allowed);
     }
     const yaml_node_t *value = yaml_document_get_node(r->document, at);
     if (key->path[length] != '.')
-        return read_value(r, key, value, base);
+        return vit_reading_value(r, key, value, base);
     char inner[64];
     snprintf(inner, sizeof inner, "%.*s.", (int)length, key->path);
-    return read_map(r, inner, value, base);
+    return vit_reading_map(r, inner, value, base);
 }
 
 /* Reads a map whose keys are the rows below `prefix`, in the table's order and not the file's: what a list means may
  * depend on choices written after it. */
-static bool read_map(const struct reading *r, const char *prefix, const yaml_node_t *node, void *base)
+bool vit_reading_map(const struct vit_reading *r, const char *prefix, const yaml_node_t *node, void *base)
 {
     int at[VIT_KEYS_MAX] = {0};
     if (node->type != YAML_MAPPING_NODE) {
         char names[500], place[80];
         entries_text(r, prefix, NULL, names, sizeof names);
         place_text(prefix, place, sizeof place);
-        return refuse_at(r, node->start_mark, "%s cannot be %s, it is a map%s", place, kind_text(node), names);
+        return vit_reading_refuse(r, node->start_mark, "%s cannot be %s, it is a map%s", place, kind_text(node), names);
     }
     if (!map_entries(r, prefix, node, at))
         return false;
@@ -408,236 +385,26 @@ static bool read_map(const struct reading *r, const char *prefix, const yaml_nod
         last = section ? entry : "";
         if (vit_keys[row].type == VIT_KEY_LIST && at[row] && row > 0 && vit_keys[row - 1].type == VIT_KEY_LIGHT &&
             at[row - 1])
-            return refuse_at(r, yaml_document_get_node(r->document, at[row])->start_mark,
-                             "`light` and `lights` are both there; allowed: one of them");
+            return vit_reading_refuse(r, yaml_document_get_node(r->document, at[row])->start_mark,
+                                      "`light` and `lights` are both there; allowed: one of them");
         if (!read_entry(r, prefix, row, node, at[row], base))
             return false;
     }
     return true;
 }
 
-/* ---- documents -------------------------------------------------------------------------------------------------- */
-
-/* libyaml's own complaint, with its position. */
-static bool refuse_yaml(const struct reading *r, const yaml_parser_t *parser, const char *text)
+static bool use_preset(const struct vit_reading *r, const yaml_node_t *root, void *user)
 {
-    yaml_mark_t mark = parser->problem_mark;
-    if (parser->error == YAML_MEMORY_ERROR)
-        return refuse_at(r, mark, "out of memory");
-    if (parser->error == YAML_READER_ERROR) { /* has an offset in bytes, no mark */
-        mark = (yaml_mark_t){0};
-        for (size_t i = 0; i < parser->problem_offset; i++) {
-            mark.column++;
-            if (text[i] == '\n') {
-                mark.line++;
-                mark.column = 0;
-            }
-        }
-    }
-    return refuse_at(r, mark, "not YAML: %s%s%s", parser->problem ? parser->problem : "cannot be read",
-                     parser->context ? " " : "", parser->context ? parser->context : "");
-}
-
-/* A pass over the events before any tree is built: bounds its size and depth, so that no file can make the tree
- * large, and refuses a second document. */
-static bool check_events(const struct reading *r, const char *text, size_t bytes)
-{
-    yaml_parser_t parser;
-    if (!yaml_parser_initialize(&parser)) {
-        vit_error(r->log, "%.400s: out of memory", r->origin);
-        return false;
-    }
-    yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&parser, (const unsigned char *)text, bytes);
-    bool good = true, end = false;
-    size_t depth = 0, nodes = 0, documents = 0;
-    while (good && !end) {
-        yaml_event_t event;
-        if (!yaml_parser_parse(&parser, &event)) {
-            good = refuse_yaml(r, &parser, text);
-            break;
-        }
-        bool opens = event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT;
-        bool closes = event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
-        bool tagged = (event.type == YAML_SCALAR_EVENT && event.data.scalar.tag) ||
-                      (event.type == YAML_SEQUENCE_START_EVENT && event.data.sequence_start.tag) ||
-                      (event.type == YAML_MAPPING_START_EVENT && event.data.mapping_start.tag);
-        depth = depth + opens - closes;
-        nodes += opens || event.type == YAML_SCALAR_EVENT || event.type == YAML_ALIAS_EVENT;
-        documents += event.type == YAML_DOCUMENT_START_EVENT;
-        end = event.type == YAML_STREAM_END_EVENT;
-        if (depth > VIT_PRESET_DEPTH_MAX)
-            good = refuse_at(r, event.start_mark, "too deep; allowed: %d levels", VIT_PRESET_DEPTH_MAX);
-        else if (nodes > VIT_PRESET_NODES_MAX)
-            good = refuse_at(r, event.start_mark, "too much; allowed: %u values", VIT_PRESET_NODES_MAX);
-        else if (tagged)
-            good = refuse_at(r, event.start_mark, "tags are not used here; allowed: plain values");
-        else if (documents > 1)
-            good = refuse_at(r, event.start_mark, "a second document begins here; allowed: one in a file");
-        yaml_event_delete(&event);
-    }
-    if (good && documents == 0)
-        good = refuse_at(r, (yaml_mark_t){0},
-                         "there is nothing in it; allowed: a preset, see `vitrine presets show bone-classic`");
-    yaml_parser_delete(&parser);
-    return good;
-}
-
-/* Reads text as one document into r->document and hands its root to `use`. */
-static bool with_document(struct reading *r, const char *text, size_t bytes,
-                          bool (*use)(const struct reading *, const yaml_node_t *, void *), void *user)
-{
-    yaml_parser_t parser;
-    yaml_document_t document;
-    if (bytes > VIT_PRESET_FILE_MAX) {
-        vit_error(r->log, "%.400s: larger than a preset can be; allowed: %u bytes", r->origin, VIT_PRESET_FILE_MAX);
-        return false;
-    }
-    if (!check_events(r, text, bytes))
-        return false;
-    if (!yaml_parser_initialize(&parser)) {
-        vit_error(r->log, "%.400s: out of memory", r->origin);
-        return false;
-    }
-    yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&parser, (const unsigned char *)text, bytes);
-    bool good = yaml_parser_load(&parser, &document);
-    if (!good) {
-        refuse_yaml(r, &parser, text);
-    } else {
-        const yaml_node_t *root = yaml_document_get_root_node(&document);
-        r->document = &document;
-        good = root ? use(r, root, user) : refuse_at(r, (yaml_mark_t){0}, "there is nothing in it");
-        yaml_document_delete(&document);
-    }
-    yaml_parser_delete(&parser);
-    return good;
-}
-
-static bool use_preset(const struct reading *r, const yaml_node_t *root, void *user)
-{
-    return read_map(r, "", root, user);
+    return vit_reading_map(r, "", root, user);
 }
 
 struct vit_preset *vit_preset_parse(const char *text, size_t bytes, const char *origin, const struct vit_log *log)
 {
     struct vit_preset *preset = vit_preset_make();
-    struct reading r = {.origin = origin, .positions = true, .log = log, .preset = preset};
+    struct vit_reading r = {.origin = origin, .positions = true, .log = log, .preset = preset};
     if (!preset)
         vit_error(log, "%.400s: out of memory", origin);
-    else if (!with_document(&r, text, bytes, use_preset, preset) || !vit_preset_check(preset, log))
+    else if (!vit_reading_run(&r, text, bytes, use_preset, preset) || !vit_preset_check(preset, log))
         vit_preset_destroy(&preset);
     return preset;
-}
-
-/* ---- --set key=value ------------------------------------------------------------------------------------------ */
-
-/* Points given as opacity mean attenuation from now on, or the other way round: each keeps its look over unit_mm. */
-static void convert_points(struct vit_transfer *transfer, enum vit_quantity quantity, double most)
-{
-    for (size_t i = 0; quantity != transfer->quantity && i < transfer->count; i++) {
-        double *value = &transfer->points[i].value;
-        if (quantity == VIT_QUANTITY_ATTENUATION)
-            *value = fmin(-log1p(-*value) / transfer->unit_mm, most);
-        else
-            *value = -expm1(-*value * transfer->unit_mm);
-    }
-    transfer->quantity = quantity;
-}
-
-static double attenuation_most(void)
-{
-    for (const struct vit_key *key = vit_keys; key->path; key++)
-        if (key->when == VIT_WHEN_ATTENUATION)
-            return key->max;
-    return 1;
-}
-
-struct target {
-    const char *path; /* of the key or section */
-    int row;
-};
-
-static bool use_value(const struct reading *r, const yaml_node_t *root, void *user)
-{
-    const struct target *target = user;
-    const struct vit_key *key = &vit_keys[target->row];
-    char prefix[64];
-    if (strcmp(key->path, target->path) == 0)
-        return read_value(r, key, root, r->preset);
-    snprintf(prefix, sizeof prefix, "%s.", target->path);
-    return read_map(r, prefix, root, r->preset);
-}
-
-/* First row whose path is `path`, or in the section `path`; -1 if there is none. */
-static int find_path(const char *path)
-{
-    size_t length = strlen(path);
-    for (int i = 0; length && vit_keys[i].path; i++) {
-        if (strncmp(vit_keys[i].path, path, length) == 0 &&
-            (!vit_keys[i].path[length] || vit_keys[i].path[length] == '.') && !strchr(vit_keys[i].path, '['))
-            return i;
-    }
-    return -1;
-}
-
-static bool refuse_path(const char *path, const struct vit_log *log)
-{
-    char near[200];
-    struct vit_nearest nearest = vit_nearest_make(path);
-    for (const struct vit_key *key = vit_keys; key->path; key++)
-        if (!strchr(key->path, '['))
-            vit_nearest_try(&nearest, key->path);
-    /* A key named without its section. */
-    for (const struct vit_key *key = vit_keys; key->path && !nearest.name[0]; key++) {
-        const char *dot = strrchr(key->path, '.');
-        if (dot && !strchr(key->path, '[') && strcmp(dot + 1, path) == 0)
-            nearest.name[0] = key->path;
-    }
-    vit_nearest_text(&nearest, 1, near, sizeof near);
-    vit_error(log, "--set: unknown key `%.80s`%s; `vitrine presets --help` lists the keys", path, near);
-    return false;
-}
-
-bool vit_preset_set(struct vit_preset *preset, const char *key_is_value, const struct vit_log *log)
-{
-    const char *equals = strchr(key_is_value, '=');
-    char path[64], origin[80];
-    size_t length = equals ? (size_t)(equals - key_is_value) : 0;
-    if (!equals || length == 0) {
-        vit_error(log, "--set %.80s: not of the form key=value; for example sampling.slices_per_voxel=2", key_is_value);
-        return false;
-    }
-    snprintf(path, sizeof path, "%.*s", (int)(length < sizeof path ? length : sizeof path - 1), key_is_value);
-    struct target target = {path, find_path(path)};
-    if (target.row < 0)
-        return refuse_path(path, log);
-    snprintf(origin, sizeof origin, "--set %s", path);
-    struct reading r = {.origin = origin, .partial = true, .log = log, .preset = preset};
-    const struct vit_key *key = &vit_keys[target.row];
-    if (key->type == VIT_KEY_TEXT || key->type == VIT_KEY_NAME) { /* taken as it is: no YAML in it */
-        yaml_node_t node = {.type = YAML_SCALAR_NODE};
-        node.data.scalar.value = (yaml_char_t *)(equals + 1);
-        node.data.scalar.length = strlen(equals + 1);
-        return read_value(&r, key, &node, preset);
-    }
-    enum vit_quantity quantity = preset->transfer.quantity;
-    enum vit_emission emission = preset->transfer.emission;
-    const struct vit_transfer_point *points = preset->transfer.points;
-    if (!with_document(&r, equals + 1, strlen(equals + 1), use_value, &target)) {
-        if (preset->transfer.points == points) { /* a section half taken: what the points mean stays */
-            preset->transfer.quantity = quantity;
-            preset->transfer.emission = emission;
-        }
-        return false;
-    }
-    if (preset->transfer.quantity != quantity && preset->transfer.points == points) {
-        enum vit_quantity wanted = preset->transfer.quantity;
-        preset->transfer.quantity = quantity;
-        convert_points(&preset->transfer, wanted, attenuation_most());
-    }
-    if (vit_preset_check(preset, log))
-        return true;
-    preset->transfer.emission = emission; /* glow too bright to be a luminance */
-    return false;
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): rows of a table, not expressions */
 #define AT(field)         offsetof(struct vit_preset, field)
 #define ITEM(type, field) offsetof(struct type, field)
 #define HU_MAX            1e12 /* stored values of ±32768 at slopes up to 1e6, with room */
@@ -30,6 +31,8 @@
 #define FACE(name, NAME)                                                                                               \
     RANGE("clip_mm." name, NUMBER, AT(clip_mm[VIT_FACE_##NAME]), "mm", 0, 1e6, "0", ALWAYS,                            \
           "trimmed off the " name " face")
+
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 /* Rows of one section stay together; a section's choices come before the lists that depend on them. */
 /* clang-format off */

@@ -1,6 +1,7 @@
 /* Commands and options (ARCHITECTURE.md "Command line"). */
 #include "settings_private.h"
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): rows of a table, not expressions */
 #define BIT(NAME)  (1u << VIT_COMMAND_##NAME)
 #define SCENE      (BIT(SHOW) | BIT(SNAPSHOT) | BIT(BENCH) | BIT(PLAN) | BIT(REPORT))
 #define READS      (SCENE | BIT(INFO) | BIT(CONVERT))
@@ -57,6 +58,8 @@
      .commands = commands_,                                                                                            \
      .group = group_,                                                                                                  \
      .help = help_},
+
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 #define G_OUT     "Output"
 #define G_VIEW    "View"

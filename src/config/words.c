@@ -134,7 +134,7 @@ bool vit_number_parse(const char *text, double *out)
 
 const char *vit_number_text(double value, char out[VIT_NUMBER_BYTES])
 {
-    for (int digits = 6; digits <= 17; digits++) {
+    for (int digits = 15; digits <= 17; digits++) {
         snprintf(out, VIT_NUMBER_BYTES, "%.*g", digits, value);
         if (strtod(out, NULL) == value)
             break;
