@@ -78,9 +78,9 @@ OPT_cov := -O0 -g --coverage -DVIT_FAULTS
 ifeq ($(origin OPT_$(CONFIG)),undefined)
 $(error CONFIG=$(CONFIG) is not one of: release debug asan fuzz cov)
 endif
-# -ffp-contract=off: the same arithmetic on every CPU. -ffile-prefix-map: the same binary from every folder (gcov needs
+# -ffp-contract=off: the same arithmetic on every CPU. The two -fno- let loops with sqrt and ?: vectorise; results stay. -ffile-prefix-map: the same binary from every folder (gcov needs
 # the real names).
-VIT_CODEGEN := $(OPT_$(CONFIG)) -ffp-contract=off -fopenmp $(if $(filter cov,$(CONFIG)),,-ffile-prefix-map=$(CURDIR)=.)
+VIT_CODEGEN := $(OPT_$(CONFIG)) -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp $(if $(filter cov,$(CONFIG)),,-ffile-prefix-map=$(CURDIR)=.)
 VIT_CPPFLAGS = -D_GNU_SOURCE -Iinclude -Isrc -I$(O)/gen $(PKG_CFLAGS)
 VIT_CFLAGS = -std=c11 $(VIT_WARN) $(VIT_CWARN) $(VIT_CODEGEN)
 VIT_CXXFLAGS = -std=c++17 $(VIT_WARN) $(VIT_CODEGEN)

@@ -54,6 +54,22 @@ struct vit_hu_axis vit_hu_axis_make(const struct vit_transfer *transfer, double 
 double vit_hu_axis_entry(const struct vit_hu_axis *axis, double hu); /* [0, entries - 1] */
 double vit_hu_axis_hu(const struct vit_hu_axis *axis, double entry);
 
+/* A stretch of a ray over which colour and attenuation, or colour and opacity, are linear. */
+struct vit_segment {
+    enum vit_quantity quantity;
+    double value_back, value_front; /* attenuation [0, inf] in 1/mm, or opacity [0, 1] per unit_mm */
+    double unit_mm;                 /* > 0; used with opacity only */
+    double length_mm;               /* [0, inf] */
+};
+/* What it does to light: luminance I = I₀ζ + L_b(Ψ − ζ) + L_f(1 − Ψ); glow (light per mm) I = I₀ζ + g_b·glow_back +
+ * g_f·glow_front (M04 2.2.2, 5.5). ζ with linear opacity is the closed form of OPTICS.md §1. */
+struct vit_segment_weights {
+    double zeta, psi;
+    double glow_back_mm, glow_front_mm;
+};
+/* |error| <= 1e-13 (glow: times length_mm), tests/unit/optics_segment_test.c. Never NaN for values in range. */
+struct vit_segment_weights vit_segment_integrate(const struct vit_segment *segment);
+
 /* Premultiplied RGBA of a slab over which HU runs linearly from `hu_front` (toward the eye) to `hu_back`: split at the
  * control points it crosses, each piece integrated exactly, composited front to back (OPTICS.md §1). */
 void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, double hu_back, double thickness_mm,
@@ -62,5 +78,16 @@ void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, do
 /* The same for every pair of entries of an axis: rgba[(front·entries + back)·4 + channel]. Parallel. */
 void vit_preintegrated_build(const struct vit_transfer *transfer, const struct vit_hu_axis *axis, double thickness_mm,
                              float *rgba);
+
+/* ---- zeta and Psi: what a segment of linear attenuation lets through ----------------------------------------- */
+
+/* a, b: optical depth τD at back and front, [0, inf]; below 0 and NaN count as 0. M04 eq. 5.6 and 5.8 (OPTICS.md §1):
+ * I = I₀ζ + L_b(Ψ − ζ) + L_f(1 − Ψ). ζ ≤ Ψ ≤ 1. Single precision: |error| <= 1e-6, tests/unit/optics_psi_test.c. */
+double vit_zeta(double back, double front); /* double precision: |error| <= 1e-13, the same test */
+double vit_psi(double back, double front);
+float vit_zeta_float(float a, float b);
+float vit_psi_float(float a, float b);
+/* The same over arrays, vectorised; the arrays do not overlap. */
+void vit_zeta_psi_array(size_t count, const float *a, const float *b, float *zeta, float *psi);
 
 #endif
