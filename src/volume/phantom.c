@@ -49,9 +49,9 @@ static double grid_hu(struct vit_vec3 mm, struct vit_vec3 half)
 {
     (void)half;
     const double pitch = 20, bar = 4;
-    bool x = fabs(remainder(mm.x, pitch)) < 0.5 * bar;
-    bool y = fabs(remainder(mm.y, pitch)) < 0.5 * bar;
-    bool z = fabs(remainder(mm.z, pitch)) < 0.5 * bar;
+    bool x = fabs(mm.x - pitch * rint(mm.x / pitch)) < 0.5 * bar;
+    bool y = fabs(mm.y - pitch * rint(mm.y / pitch)) < 0.5 * bar;
+    bool z = fabs(mm.z - pitch * rint(mm.z / pitch)) < 0.5 * bar;
     return x + y + z >= 2 ? 1000 : -1000;
 }
 

@@ -84,11 +84,76 @@ static void letters_read_in_the_six_views(void **state)
     vit_volume_destroy(&volume);
 }
 
+static double hu_at(const struct vit_phantom *p, double x, double y, double z)
+{
+    struct vit_vec3 half = {0.5 * (double)p->n[0] * p->spacing_mm[0], 0.5 * (double)p->n[1] * p->spacing_mm[1],
+                            0.5 * (double)p->n[2] * p->spacing_mm[2]};
+    return p->hu((struct vit_vec3){x, y, z}, half);
+}
+
+/* Tissues are where they belong, the nose is in front and the ears are at the sides. */
+static void the_head_is_a_head(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *what;
+        double x, y, z, low, high;
+    } places[] = {
+        {"air in front of the face", 0, -109, 40, -1000, -1000},
+        {"tip of the nose", 0, -105, -18, -200, 100},
+        {"ear", 80, 25, 10, -200, 100},
+        {"ear canal", 60, 11.2, -7.2, -1000, -700},
+        {"white matter", 35, 10, 60, 20, 35},
+        {"ventricle", 9, 4, 38, 0, 15},
+        {"roof of the skull, outer table", 0, 8, 105, 800, 1300},
+        {"roof of the skull, diploe", 0, 8, 102.7, 400, 900},
+        {"lens", 33, -78, 11, 60, 90},
+        {"eye", -33, -68, 11, 5, 40},
+        {"fat behind the eye", 27, -56, 5, -100, -60},
+        {"maxillary sinus", 27, -52, -18, -1000, -900},
+        {"frontal sinus", 8, -74, 36, -1000, -300},
+        {"windpipe", 0, 0, -100, -1000, -900},
+        {"chin", 0, -72, -86, 400, 1300},
+        {"a tooth", 2.9, -74.8, -54, 2000, 2400},
+        {"spinal cord", 0, 43.5, -108, 20, 45},
+        {"body of a vertebra", 0, 26.4, -103.5, 250, 500},
+    };
+    const struct vit_phantom *head = vit_phantom_find("head");
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(places); i++) {
+        double hu = hu_at(head, places[i].x, places[i].y, places[i].z);
+        if (!(hu >= places[i].low && hu <= places[i].high))
+            fail_msg("%s: %g HU, not %g to %g", places[i].what, hu, places[i].low, places[i].high);
+    }
+}
+
+static void simple_ones_have_their_closed_forms(void **state)
+{
+    (void)state;
+    const struct vit_phantom *ramp = vit_phantom_find("ramp"), *sphere = vit_phantom_find("sphere");
+    const struct vit_phantom *blocks = vit_phantom_find("two-blocks"), *step = vit_phantom_find("step");
+    double worst = 0;
+    for (double x = -31.5; x < 32; x++) {
+        worst = fmax(worst, fabs(hu_at(ramp, x, 3, 4) - 1000 * x / 32));
+        worst = fmax(worst, fabs(hu_at(sphere, x, 0, 0) - fmax(1000 - 1000 * fabs(x) / 16, -1000)));
+        assert_true(hu_at(step, x, 0, 0) == (x < 0 ? -1000 : 1000));
+    }
+    print_message("# largest error %g HU\n", worst);
+    assert_true(worst < 1e-9);
+    assert_true(hu_at(blocks, 0, -5, 0) == 200 && hu_at(blocks, 0, 5, 0) == 800 && hu_at(blocks, 20, 0, 0) == -1000);
+    const struct vit_phantom *grid = vit_phantom_find("grid");
+    assert_true(grid->spacing_mm[2] == 10 * grid->spacing_mm[0]);
+    struct vit_volume *block = vit_phantom_build(vit_phantom_find("block"), NULL, NULL);
+    assert_true(vit_volume_get_stats(block)->hu_min == 300 && vit_volume_get_stats(block)->hu_max == 300);
+    vit_volume_destroy(&block);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_row_builds),
         cmocka_unit_test(letters_read_in_the_six_views),
+        cmocka_unit_test(the_head_is_a_head),
+        cmocka_unit_test(simple_ones_have_their_closed_forms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
