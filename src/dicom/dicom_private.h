@@ -88,6 +88,8 @@ std::string file_name(const std::string &path);
 
 /* library.cc: registers the decoders and silences DCMTK, once. False (logged): no data dictionary. */
 bool library_init(const vit_log *log);
+/* True if a decoder of this thread met damaged data since the last call. */
+bool library_heard_damage();
 
 /* walk.cc: regular files under `paths`, sorted, each once. Folders that cannot be opened go to `rejected`. False
  * (logged) when one of `paths` itself cannot be read. */

@@ -1,4 +1,6 @@
-/* DCMTK's global state: codecs and logging, set up once; and the small text helpers of this folder. */
+/* DCMTK's global state: codecs and logging, set up once; and the small text helpers of this folder.
+ * DCMTK's messages may quote attributes of the patient, so none is passed on. One kind is listened to, because nothing
+ * else tells it: its decoders fill up what is missing in damaged data, warn, and report success. */
 #include "dcmtk/config/osconfig.h"
 
 #include "dcmtk/dcmdata/dcdict.h"
@@ -7,6 +9,7 @@
 #include "dcmtk/dcmjpeg/djdecode.h"
 #include "dcmtk/dcmjpls/djdecode.h"
 #include "dcmtk/oflog/oflog.h"
+#include "dcmtk/oflog/spi/logevent.h"
 
 #include "dicom_private.h"
 
@@ -15,11 +18,52 @@
 
 namespace vitdicom {
 
+namespace {
+
+thread_local bool heard_damage;
+
+class Listener : public dcmtk::log4cplus::Appender {
+  public:
+    ~Listener() override
+    {
+        destructorImpl();
+    }
+    void close() override {}
+
+  protected:
+    void append(const dcmtk::log4cplus::spi::InternalLoggingEvent &event) override
+    {
+        /* "extraneous bytes" and odd parameters are bad manners, not missing pixels. */
+        const std::string text = event.getMessage().c_str();
+        auto has = [&text](const char *part) { return text.find(part) != std::string::npos; };
+        if ((has("Corrupt JPEG data") && !has("extraneous")) || has("Premature end") || has("insufficient data"))
+            heard_damage = true;
+    }
+};
+
+void listen()
+{
+    OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+    dcmtk::log4cplus::Logger root = dcmtk::log4cplus::Logger::getRoot();
+    root.removeAllAppenders();
+    root.addAppender(dcmtk::log4cplus::SharedAppenderPtr(new Listener));
+    root.setLogLevel(OFLogger::WARN_LOG_LEVEL);
+}
+
+} // namespace
+
+bool library_heard_damage()
+{
+    bool heard = heard_damage;
+    heard_damage = false;
+    return heard;
+}
+
 bool library_init(const vit_log *log)
 {
     static std::once_flag once;
     std::call_once(once, [] {
-        OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+        listen();
         dcmEnableUnknownVRConversion.set(OFTrue); /* attributes written as UN are read as what they are */
         DJDecoderRegistration::registerCodecs();
         DJLSDecoderRegistration::registerCodecs();

@@ -98,11 +98,16 @@ bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_
     DcmFileFormat file;
     OFCondition status = file.loadFile(OFFilename(slice.path.c_str()));
     DcmDataset &data = *file.getDataset();
+    library_heard_damage();
     if (status.good())
         status = data.chooseRepresentation(EXS_LittleEndianExplicit, nullptr);
     PixelFormat format;
     if (status.bad() || !data.canWriteXfer(EXS_LittleEndianExplicit)) {
         why = std::string("pixel data cannot be decoded: ") + (status.bad() ? status.text() : "unknown coding");
+        return false;
+    }
+    if (library_heard_damage()) {
+        why = "pixel data is damaged or truncated inside its compressed form";
         return false;
     }
     if (!decoded_format(data, slice, format, why))
