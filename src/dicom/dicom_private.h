@@ -56,9 +56,10 @@ struct Slice {
     vit_vec3 row{1, 0, 0}, column{0, 1, 0}, normal{0, 0, 1}, position{0, 0, 0};
     double thickness_mm = 0, between_mm = 0; /* 0: absent */
 
-    /* Where PixelData's value lies, when it is native and not deflated (else 0: DCMTK decodes). */
+    /* Where PixelData's value lies, when it is native (else 0: DCMTK decodes). */
     uint64_t pixel_offset = 0, pixel_bytes = 0;
     bool big_endian = false, pixel_is_words = false;
+    bool deflated = false; /* pixel_offset counts in the inflated copy */
     std::string transfer_syntax;
 };
 
@@ -98,6 +99,15 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
 bool is_folder(const char *path);
 enum class Probe { dicom, other, unreadable };
 Probe probe_file(const char *path);
+
+/* inflate.cc: if the file is deflated, out.fd becomes an inflated copy of it in memory, else stays -1. False: it is
+ * deflated but cannot be inflated. */
+struct Inflated {
+    int fd = -1;
+    ~Inflated();
+    std::string path() const;
+};
+bool inflate_file(const std::string &path, Inflated &out);
 
 /* header.cc: reads one header. False: `slice` is not an image for us, `reason` says why. */
 bool header_read(const std::string &path, Slice &slice, std::string &reason);

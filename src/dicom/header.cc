@@ -24,13 +24,11 @@ namespace vitdicom {
 namespace {
 
 /* Least number of samples that one byte of the coded form must stand for no more than: a bound from the format, so
- * that a few hundred bytes cannot claim a picture of gigabytes. Deflate: 1032:1 (zlib). RLE: two bytes for 128.
+ * that a few hundred bytes cannot claim a picture of gigabytes. RLE: two bytes for 128.
  * JPEG DCT: one bit per 64 samples and scan; JPEG lossless: one bit a sample; JPEG-LS: one bit per 2^15 (run mode). */
 double most_samples_per_byte(const DcmXfer &xfer)
 {
     switch (xfer.getXfer()) {
-    case EXS_DeflatedLittleEndianExplicit:
-        return 1032;
     case EXS_RLELossless:
         return 64;
     case EXS_JPEGLSLossless:
@@ -256,15 +254,14 @@ bool check_pixels(int fd, uint64_t value_offset, const DcmXfer &xfer, Slice &sli
 {
     double samples = double(slice.rows) * double(slice.columns);
     uint64_t remaining = slice.file_bytes > value_offset ? slice.file_bytes - value_offset : 0;
-    bool deflated = xfer.getXfer() == EXS_DeflatedLittleEndianExplicit;
-    PixelElement found = deflated ? PixelElement() : look_back(fd, value_offset, xfer);
-    if (!deflated && found.element == 0) {
+    PixelElement found = look_back(fd, value_offset, xfer);
+    if (found.element == 0) {
         reject = "no pixel data";
         return false;
     }
     if (!slice.refused.empty())
         return true;
-    if (!deflated && found.element != 0x0010) {
+    if (found.element != 0x0010) {
         slice.refused = format("%s Pixel Data (7FE0,%04X) is not supported yet",
                                found.element == 8 ? "Float" : "Double Float", unsigned(found.element));
         return true;
@@ -274,11 +271,10 @@ bool check_pixels(int fd, uint64_t value_offset, const DcmXfer &xfer, Slice &sli
         slice.refused = format("TransferSyntaxUID (0002,0010) is %s: not supported yet", xfer.getXferName());
         return true;
     }
-    if (coded || deflated) {
-        double in = double(deflated ? slice.file_bytes : remaining);
-        if (samples > in * most_samples_per_byte(xfer))
-            slice.refused = format("%.0f bytes of %s cannot hold Rows (0028,0010) x Columns (0028,0011) = %zu x %zu",
-                                   in, xfer.getXferName(), slice.rows, slice.columns);
+    if (coded) {
+        if (samples > double(remaining) * most_samples_per_byte(xfer))
+            slice.refused = format("%llu bytes of %s cannot hold Rows (0028,0010) x Columns (0028,0011) = %zu x %zu",
+                                   (unsigned long long)remaining, xfer.getXferName(), slice.rows, slice.columns);
         return true;
     }
     uint64_t need = uint64_t(slice.rows) * slice.columns * (slice.format.allocated / 8);
@@ -345,7 +341,14 @@ bool header_read(const std::string &path, Slice &slice, std::string &reason)
     case Probe::dicom:
         break;
     }
-    int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    Inflated inflated;
+    if (!inflate_file(path, inflated)) {
+        reason = "deflated data is damaged, or inflates to more than 2 GB";
+        return false;
+    }
+    slice.deflated = inflated.fd >= 0;
+    const std::string from = slice.deflated ? inflated.path() : path;
+    int fd = open(from.c_str(), O_RDONLY | O_CLOEXEC);
     struct stat status;
     if (fd < 0 || fstat(fd, &status) != 0) {
         reason = "cannot be read";
@@ -356,11 +359,13 @@ bool header_read(const std::string &path, Slice &slice, std::string &reason)
     slice.file_bytes = uint64_t(status.st_size);
     bool ok = false;
     try {
-        ok = parse(path, fd, slice, reason);
+        ok = parse(from, fd, slice, reason);
     } catch (...) {
         reason = "damaged DICOM header";
     }
     close(fd);
+    if (slice.deflated)
+        slice.transfer_syntax = DcmXfer(EXS_DeflatedLittleEndianExplicit).getXferName();
     reason = one_line(reason);
     return ok;
 }

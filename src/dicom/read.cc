@@ -61,7 +61,12 @@ bool read_native(const Slice &slice, const Encoding &encoding, void *out, size_t
 {
     size_t count = slice.rows * slice.columns, bytes = count * (slice.format.allocated / 8);
     char *at = static_cast<char *>(out) + (slice.format.allocated == 8 ? count : 0);
-    if (!read_at(slice.path, at, bytes, slice.pixel_offset, why))
+    Inflated inflated;
+    if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
+        why = "deflated data is damaged";
+        return false;
+    }
+    if (!read_at(slice.deflated ? inflated.path() : slice.path, at, bytes, slice.pixel_offset, why))
         return false;
     if (slice.format.allocated == 16 && slice.big_endian != host_is_big_endian())
         swap_bytes(at, count);
@@ -96,7 +101,13 @@ bool decoded_format(DcmDataset &data, const Slice &slice, PixelFormat &format, s
 bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why)
 {
     DcmFileFormat file;
-    OFCondition status = file.loadFile(OFFilename(slice.path.c_str()));
+    Inflated inflated;
+    if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
+        why = "deflated data is damaged";
+        return false;
+    }
+    const std::string from = slice.deflated ? inflated.path() : slice.path;
+    OFCondition status = file.loadFile(OFFilename(from.c_str()));
     DcmDataset &data = *file.getDataset();
     library_heard_damage();
     if (status.good())
