@@ -90,4 +90,31 @@ float vit_psi_float(float a, float b);
 /* The same over arrays, vectorised; the arrays do not overlap. */
 void vit_zeta_psi_array(size_t count, const float *a, const float *b, float *zeta, float *psi);
 
+/* Linear opacity [0, 1] per unit, length in units [0, inf]: |error| <= 1e-6, tests/unit/optics_methods_test.c. */
+void vit_zeta_psi_opacity_array(size_t count, const float *back, const float *front, const float *units, float *zeta,
+                                float *psi);
+
+/* ---- methods: every way to work out the light of one ray segment -------------------------------------------- */
+
+struct vit_ray_segment {
+    double luminance_back, luminance_front;
+    double value_back, value_front; /* attenuation [0, inf], or opacity [0, 1], per unit length */
+    double length;                  /* D [0, inf] */
+    double behind;                  /* I₀ */
+};
+/* Ψ over γ = τD/(1 + τD), entries at i/size (M04 5.9); size [2, 16384]. NULL: logged. */
+struct vit_psi_table;
+struct vit_psi_table *vit_psi_table_create(int size, const struct vit_log *log);
+void vit_psi_table_destroy(struct vit_psi_table **table);
+
+struct vit_method {
+    const char *name, *help;
+    enum vit_quantity quantity; /* what value_back and value_front are */
+    /* The light that leaves the front. The table is used by the psi-table methods only. */
+    double (*intensity)(const struct vit_ray_segment *ray, const struct vit_psi_table *table);
+};
+extern const struct vit_method vit_methods[]; /* name NULL ends */
+/* What they approximate, in double precision: |error| <= 1e-13 for luminance in [0, 1]. */
+double vit_ray_segment_exact(const struct vit_ray_segment *ray, enum vit_quantity quantity);
+
 #endif

@@ -63,12 +63,19 @@ static void linear_panel(double b, double c, double u0, double u1, struct rule r
     }
 }
 
-struct vit_moments vit_moments_linear(double back, double front)
+static struct rule linear_rule(double depth, enum vit_precision precision)
+{
+    if (precision == VIT_PRECISION_SINGLE)
+        return rules[depth <= 1.5 ? 0 : 1];
+    return rules[depth <= 0.02 ? 0 : depth <= 1.5 ? 1 : 2];
+}
+
+struct vit_moments vit_moments_linear(double back, double front, enum vit_precision precision)
 {
     double a = clamp_depth(back), b = clamp_depth(front), s = 0.5 * a + 0.5 * b, c = 0.5 * a - 0.5 * b;
     struct vit_moments sum = {.zeta = exp(-s)};
     if (s <= PANEL) {
-        linear_panel(b, c, 0, 1, rules[s <= 0.02 ? 0 : s <= 1.5 ? 1 : 2], &sum);
+        linear_panel(b, c, 0, 1, linear_rule(s, precision), &sum);
         return sum;
     }
     double u0 = 0;
@@ -76,7 +83,7 @@ struct vit_moments vit_moments_linear(double back, double front)
         /* Where the depth from the front reaches `depth`: b u + c u^2 = depth. */
         double root = b + sqrt(fmax(b * b + 4 * c * depth, 0));
         double u1 = depth < s && root > 2 * depth ? 2 * depth / root : 1;
-        linear_panel(b, c, u0, u1, rules[2], &sum);
+        linear_panel(b, c, u0, u1, linear_rule(PANEL, precision), &sum);
         u0 = u1;
     }
     return sum;
@@ -89,7 +96,7 @@ double vit_zeta(double back, double front)
 
 double vit_psi(double back, double front)
 {
-    return vit_moments_linear(back, front).psi;
+    return vit_moments_linear(back, front, VIT_PRECISION_DOUBLE).psi;
 }
 
 /* ---- linear opacity ----------------------------------------------------------------------------------------- */
@@ -97,29 +104,29 @@ double vit_psi(double back, double front)
 /* Opacity along the segment: front + slope·u. Transparency at the front is kept besides, so that nothing is lost near
  * opacity 1. */
 struct opacity_ray {
-    double front, slope, clear, k; /* clear = 1 - front; k: length in units */
+    double front, slope, k;  /* k: length in units */
+    double clear, clear_log; /* x = 1 - front; x ln x - x */
 };
 
-/* Mean of -ln(1 - opacity) over [0, u]: 1 if transparency goes from 1 to 0, infinite only if it is 0 at both ends.
- * M04 5.3 approximates it; it has a closed form. r is half the difference of the two transparencies over their mean. */
-static double mean_log(const struct opacity_ray *ray, double u)
+/* Where it crosses more than this part of its mean, a difference of antiderivatives is exact enough; below, a series.
+ */
+#define STEEP 0.1
+
+/* Optical depth over [0, u]: k times the integral of -ln(1 - opacity). M04 5.3 approximates it; it has a closed form,
+ * in transparency x: (x ln x - x) / slope between its ends. */
+static double opacity_depth(const struct opacity_ray *ray, double u)
 {
     double half = 0.5 * ray->slope * u, x = ray->clear - half, opacity = ray->front + half;
     if (!(x > 0))
-        return INFINITY;
-    double r = fabs(half) / x, r2 = r * r, spread;
-    if (r2 < 0.01)
-        spread = r2 * (1.0 / 6 + r2 * (1.0 / 20 + r2 * (1.0 / 42 + r2 * (1.0 / 72 + r2 * (1.0 / 110 + r2 / 156)))));
-    else if (r < 1)
-        spread = 1 - ((1 + r) * log1p(r) - (1 - r) * log1p(-r)) / (2 * r);
-    else
-        spread = 1 - log(2);
-    return spread - (opacity < 0.5 ? log1p(-opacity) : log(x));
-}
-
-static double opacity_depth(const struct opacity_ray *ray, double u)
-{
-    return ray->k * u * mean_log(ray, u);
+        return ray->k * u > 0 ? INFINITY : 0;
+    if (fabs(half) > STEEP * x) {
+        double x0 = ray->clear, x1 = fmax(x0 - 2 * half, 0);
+        double low = x1 > 0 ? x1 * log(x1) - x1 : 0;
+        return ray->k * ((low - ray->clear_log) / ray->slope);
+    }
+    double r = half / x, r2 = r * r; /* half the difference of the two transparencies over their mean */
+    double spread = r2 * (1.0 / 6 + r2 * (1.0 / 20 + r2 * (1.0 / 42 + r2 * (1.0 / 72 + r2 * (1.0 / 110 + r2 / 156)))));
+    return ray->k * u * (spread - (opacity < 0.5 ? log1p(-opacity) : log(x)));
 }
 
 /* Least to greatest transparency over [u0, u1]. */
@@ -141,8 +148,10 @@ static void opacity_panel(const struct opacity_ray *ray, double u0, double u1, s
     }
 }
 
-static struct rule opacity_rule(double depth, double ratio)
+static struct rule opacity_rule(double depth, double ratio, enum vit_precision precision)
 {
+    if (precision == VIT_PRECISION_SINGLE)
+        return rules[depth <= 1.5 && ratio >= 0.5 ? 0 : 1];
     if (depth <= 0.02 && ratio >= 0.9)
         return rules[0];
     return depth <= 1.5 && ratio >= 0.5 ? rules[1] : rules[2];
@@ -151,14 +160,15 @@ static struct rule opacity_rule(double depth, double ratio)
 /* The singular end (opacity 1: u ln u) is approached by halves down to this length. */
 #define SINGULAR 0x1p-28
 
-struct vit_moments vit_moments_opacity(double back, double front, double units)
+struct vit_moments vit_moments_opacity(double back, double front, double units, enum vit_precision precision)
 {
     double p = fmin(clamp_depth(front), 1), q = fmin(clamp_depth(back), 1), k = clamp_depth(units);
     if (k == 0 || (p == 0 && q == 0))
         return (struct vit_moments){.zeta = 1, .psi = 1, .first = 0.5};
     if (p == 1 && q == 1)
         return (struct vit_moments){.zeta = 0};
-    struct opacity_ray ray = {p, q - p, 1 - p, k};
+    double x = 1 - p;
+    struct opacity_ray ray = {p, q - p, k, x, x > 0 ? x * log(x) - x : 0};
     struct vit_moments sum = {.zeta = exp(-opacity_depth(&ray, 1))};
     double h = 1, depth0 = 0;
     for (double u0 = 0; u0 < 1 && depth0 < DEEP;) {
@@ -167,7 +177,7 @@ struct vit_moments vit_moments_opacity(double back, double front, double units)
             h = 0.5 * (u1 - u0);
             continue;
         }
-        opacity_panel(&ray, u0, u1, opacity_rule(depth1 - depth0, ratio), &sum);
+        opacity_panel(&ray, u0, u1, opacity_rule(depth1 - depth0, ratio, precision), &sum);
         u0 = u1, depth0 = depth1, h *= 4;
     }
     return sum;

@@ -11,15 +11,15 @@ static bool nothing_there(const struct vit_segment *segment)
     return !(segment->length_mm > 0) || (segment->value_back <= 0 && segment->value_front <= 0);
 }
 
-struct vit_segment_weights vit_segment_integrate(const struct vit_segment *segment)
+static struct vit_segment_weights integrate(const struct vit_segment *segment, enum vit_precision precision)
 {
     struct vit_moments m = {1, 1, 0.5};
     double length_mm = segment->length_mm > 0 ? segment->length_mm : 0;
     if (!nothing_there(segment)) {
         if (segment->quantity == VIT_QUANTITY_OPACITY)
-            m = vit_moments_opacity(segment->value_back, segment->value_front, length_mm / segment->unit_mm);
+            m = vit_moments_opacity(segment->value_back, segment->value_front, length_mm / segment->unit_mm, precision);
         else
-            m = vit_moments_linear(segment->value_back * length_mm, segment->value_front * length_mm);
+            m = vit_moments_linear(segment->value_back * length_mm, segment->value_front * length_mm, precision);
     }
     return (struct vit_segment_weights){
         .zeta = m.zeta,
@@ -29,25 +29,38 @@ struct vit_segment_weights vit_segment_integrate(const struct vit_segment *segme
     };
 }
 
+struct vit_segment_weights vit_segment_integrate(const struct vit_segment *segment)
+{
+    return integrate(segment, VIT_PRECISION_DOUBLE);
+}
+
 /* A stretch of the ray that lies in one linear piece of the transfer function. */
 struct stretch {
     struct vit_transfer_point front, back;
     double length_mm;
 };
 
-/* Adds a stretch behind what is there. */
-static void composite(const struct vit_transfer *transfer, const struct stretch *stretch, double rgba[4],
-                      double *through)
+/* A slab while it is put together front to back. */
+struct slab {
+    const struct vit_transfer *transfer;
+    enum vit_precision precision;
+    double thickness_mm;
+    double through; /* light that is left for what comes behind */
+    double *rgba;
+};
+
+static void composite(struct slab *slab, const struct stretch *stretch)
 {
+    const struct vit_transfer *transfer = slab->transfer;
     struct vit_segment segment = {transfer->quantity, stretch->back.value, stretch->front.value, transfer->unit_mm,
                                   stretch->length_mm};
-    struct vit_segment_weights w = vit_segment_integrate(&segment);
+    struct vit_segment_weights w = integrate(&segment, slab->precision);
     bool glow = transfer->emission == VIT_EMISSION_GLOW;
     double back = glow ? w.glow_back_mm / transfer->unit_mm : w.psi - w.zeta;
     double front = glow ? w.glow_front_mm / transfer->unit_mm : 1 - w.psi;
     for (int c = 0; c < 3; c++)
-        rgba[c] += *through * (back * stretch->back.color[c] + front * stretch->front.color[c]);
-    *through *= w.zeta;
+        slab->rgba[c] += slab->through * (back * stretch->back.color[c] + front * stretch->front.color[c]);
+    slab->through *= w.zeta;
 }
 
 /* The value of piece i (between points i-1 and i, extended outward at both ends) at hu: unlike vit_transfer_at it knows
@@ -79,35 +92,47 @@ static size_t piece_first(const struct vit_transfer *transfer, double hu, bool u
     return low;
 }
 
-void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, double hu_back, double thickness_mm,
-                        double rgba[4])
+static void homogeneous(struct slab *slab, double hu)
 {
-    double through = 1;
-    for (int c = 0; c < 4; c++)
-        rgba[c] = 0;
-    if (hu_front == hu_back || !(fabs(hu_back - hu_front) < INFINITY)) {
-        struct vit_transfer_point point = vit_transfer_at(transfer, hu_front);
-        composite(transfer, &(struct stretch){point, point, thickness_mm}, rgba, &through);
-        rgba[3] = 1 - through;
-        return;
-    }
+    struct vit_transfer_point point = vit_transfer_at(slab->transfer, hu);
+    composite(slab, &(struct stretch){point, point, slab->thickness_mm});
+}
+
+static void pieces(struct slab *slab, double hu_front, double hu_back)
+{
     bool upward = hu_back > hu_front;
-    const struct vit_transfer_point *p = transfer->points;
+    const struct vit_transfer_point *p = slab->transfer->points;
     double hu = hu_front;
-    for (size_t i = piece_first(transfer, hu_front, upward); through > 0;) {
-        bool last = upward ? i == transfer->count || p[i].hu >= hu_back : i == 0 || p[i - 1].hu <= hu_back;
+    for (size_t i = piece_first(slab->transfer, hu_front, upward); slab->through > 0;) {
+        bool last = upward ? i == slab->transfer->count || p[i].hu >= hu_back : i == 0 || p[i - 1].hu <= hu_back;
         double next = last ? hu_back : upward ? p[i].hu : p[i - 1].hu;
         if (next != hu) { /* else a step */
-            double length_mm = thickness_mm * ((next - hu) / (hu_back - hu_front));
-            composite(transfer, &(struct stretch){piece_at(transfer, i, hu), piece_at(transfer, i, next), length_mm},
-                      rgba, &through);
+            double length_mm = slab->thickness_mm * ((next - hu) / (hu_back - hu_front));
+            composite(slab,
+                      &(struct stretch){piece_at(slab->transfer, i, hu), piece_at(slab->transfer, i, next), length_mm});
         }
         if (last)
             break;
         hu = next;
         i = upward ? i + 1 : i - 1;
     }
-    rgba[3] = 1 - through;
+}
+
+static void slab_integrate(struct slab slab, double hu_front, double hu_back)
+{
+    for (int c = 0; c < 3; c++)
+        slab.rgba[c] = 0;
+    if (hu_front != hu_back && fabs(hu_back - hu_front) < INFINITY)
+        pieces(&slab, hu_front, hu_back);
+    else
+        homogeneous(&slab, hu_front);
+    slab.rgba[3] = 1 - slab.through;
+}
+
+void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, double hu_back, double thickness_mm,
+                        double rgba[4])
+{
+    slab_integrate((struct slab){transfer, VIT_PRECISION_DOUBLE, thickness_mm, 1, rgba}, hu_front, hu_back);
 }
 
 void vit_preintegrated_build(const struct vit_transfer *transfer, const struct vit_hu_axis *axis, double thickness_mm,
@@ -118,10 +143,11 @@ void vit_preintegrated_build(const struct vit_transfer *transfer, const struct v
         double hu_front = vit_hu_axis_hu(axis, front);
         float *row = rgba + (size_t)front * (size_t)axis->entries * 4;
         for (int back = 0; back < axis->entries; back++) {
-            double slab[4];
-            vit_slab_integrate(transfer, hu_front, vit_hu_axis_hu(axis, back), thickness_mm, slab);
+            double entry[4];
+            slab_integrate((struct slab){transfer, VIT_PRECISION_SINGLE, thickness_mm, 1, entry}, hu_front,
+                           vit_hu_axis_hu(axis, back));
             for (int c = 0; c < 4; c++)
-                row[back * 4 + c] = (float)slab[c];
+                row[back * 4 + c] = (float)entry[c];
         }
     }
 }
