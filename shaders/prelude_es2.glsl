@@ -14,6 +14,7 @@ precision mediump float;
 #define VIT_ATTRIBUTE attribute
 #endif
 #define VIT_VARYING varying
+#define VIT_TEXTURE_2D texture2D
 #ifdef VIT_FRAGMENT
 #define VIT_COLOR gl_FragColor
 #endif

@@ -14,3 +14,4 @@ out vec4 vit_color;
 #endif
 #define VIT_SAMPLER_3D sampler3D
 #define VIT_TEXTURE_3D texture
+#define VIT_TEXTURE_2D texture

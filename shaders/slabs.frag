@@ -1,6 +1,10 @@
-// VIT_SLABS_PER_PASS slabs of pre-classified texels, composited front to back (WVW94 §2; thickness: LHJ99).
+// VIT_SLABS_PER_PASS slabs composited front to back before one blend (WVW94 §2; thickness: LHJ99).
 // A pixel takes each slab for the part of it that its ray spends in the visible box.
-uniform VIT_SAMPLER_3D texels; // premultiplied colour and opacity of a slab of thickness slab_mm
+//
+//   VIT_SLAB   HU at a slab's two faces, looked up in the pre-integrated table
+//   VIT_POST   HU in a slab's middle, looked up in a table of homogeneous slabs
+//   neither    texels that were classified before filtering
+uniform VIT_SAMPLER_3D texels; // premultiplied colour and opacity of a slab of thickness slab_mm, or HU
 uniform vec3 box_low;          // the visible box, texture coordinates
 uniform vec3 box_high;
 uniform vec3 tex_toward;       // ortho: texture coordinates per mm toward the eye; perspective: the eye
@@ -12,6 +16,23 @@ uniform float slab_mm;
 VIT_VARYING vec3 ray;
 VIT_VARYING vec2 screen_px;
 VIT_VARYING float pass_near_mm;
+
+#if defined(VIT_SLAB) || defined(VIT_POST)
+uniform sampler2D table;                  // s: HU at the back (or in the middle), t: HU at the front
+uniform vec4 axis_from[VIT_AXIS_GROUPS];  // the table axis' segments, four a vector: first texel value,
+uniform vec4 axis_scale[VIT_AXIS_GROUPS]; // 1 over the length in texel values,
+uniform vec4 axis_share[VIT_AXIS_GROUPS]; // part of the table's entries
+uniform float axis_first;                 // middle of the first entry
+
+float table_coordinate(vec3 position)
+{
+    float value = VIT_TEXTURE_3D(texels, position).r;
+    float coordinate = axis_first;
+    for (int i = 0; i < VIT_AXIS_GROUPS; i++)
+        coordinate += dot(axis_share[i], clamp((value - axis_from[i]) * axis_scale[i], 0.0, 1.0));
+    return coordinate;
+}
+#endif
 
 void main()
 {
@@ -36,20 +57,34 @@ void main()
     float near_mm = min(min(min(leave.x, leave.y), leave.z), near_limit_mm);
 
     vec4 sum = vec4(0.0);
-    for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
-        float slab_near = pass_near_mm - float(i) * slab_mm;
-        float front = min(slab_near, near_mm);
-        float back = max(slab_near - slab_mm, far_mm);
-        float k = (front - back) * stretch;
+    float front_mm = min(max(pass_near_mm, far_mm), near_mm);
+#ifdef VIT_SLAB
+    float front = table_coordinate(base + front_mm * along);
+#endif
+    for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
+        float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
+        float k = (front_mm - back_mm) * stretch;
+#ifdef VIT_SLAB
+        float back = table_coordinate(base + back_mm * along);
+        vec4 slab = VIT_TEXTURE_2D(table, vec2(back, front));
+        front = back;
+#else
+        vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
+#ifdef VIT_POST
+        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(middle), 0.5));
+#else
+        vec4 slab = VIT_TEXTURE_3D(texels, middle);
+#endif
+#endif
+        front_mm = back_mm;
         if (k <= 0.0)
             continue;
-        vec4 texel = VIT_TEXTURE_3D(texels, base + 0.5 * (front + back) * along);
         // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
         if (abs(k - 1.0) > 1e-4) {
-            float thicker = 1.0 - pow(1.0 - texel.a, k);
-            texel *= texel.a > 1e-6 ? thicker / texel.a : k;
+            float thicker = 1.0 - pow(1.0 - slab.a, k);
+            slab *= slab.a > 1e-6 ? thicker / slab.a : k;
         }
-        sum += (1.0 - sum.a) * texel;
+        sum += (1.0 - sum.a) * slab;
     }
     VIT_COLOR = sum;
 }

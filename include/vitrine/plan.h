@@ -9,7 +9,10 @@
 #include "vitrine/volume.h"
 
 /* Features of a shader variant: each becomes a #define VIT_<NAME> in the prelude. X(name, what it compiles in). */
-#define VIT_FEATURES(X) X(PERSPECTIVE, "rays diverge: a slab's thickness differs from pixel to pixel")
+#define VIT_FEATURES(X)                                                                                                \
+    X(PERSPECTIVE, "rays diverge: a slab's thickness differs from pixel to pixel")                                     \
+    X(POST, "HU in the middle of a slab, classified in the shader")                                                    \
+    X(SLAB, "HU at the two faces of a slab, looked up in the pre-integrated table")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -18,7 +21,17 @@ enum vit_feature_bit {
 };
 #define VIT_FEATURE(name) (1u << VIT_FEATURE_BIT_##name)
 
-enum vit_texel { VIT_TEXEL_UNKNOWN = 0, VIT_TEXEL_RGBA8, VIT_TEXEL_RGBA16, VIT_TEXEL_RGBA16F, VIT_TEXEL_COUNT };
+/* What a voxel becomes in a texture: classified colour and opacity, or HU. */
+enum vit_texel {
+    VIT_TEXEL_UNKNOWN = 0,
+    VIT_TEXEL_RGBA8,
+    VIT_TEXEL_RGBA16,
+    VIT_TEXEL_RGBA16F,
+    VIT_TEXEL_R8,
+    VIT_TEXEL_R16,
+    VIT_TEXEL_R16F,
+    VIT_TEXEL_COUNT
+};
 enum vit_target { VIT_TARGET_UNKNOWN = 0, VIT_TARGET_RGBA32F, VIT_TARGET_RGBA16F, VIT_TARGET_RGBA8, VIT_TARGET_COUNT };
 const char *vit_texel_name(enum vit_texel texel);
 size_t vit_texel_bytes(enum vit_texel texel);
@@ -59,6 +72,10 @@ struct vit_plan {
     enum vit_path path;
     char path_why[160];
     enum vit_texel texel;
+    /* post, slab: the look-up table, axis.entries wide (and high with slab), float or half-float texels */
+    struct vit_hu_axis axis;
+    bool table_float;
+    uint64_t table_bytes;
     enum vit_target target;
     char target_why[160];
     unsigned features;      /* of VIT_FEATURE() */

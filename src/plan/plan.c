@@ -9,7 +9,7 @@
 static const struct {
     const char *name;
     size_t bytes;
-} texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8}},
+} texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8}, {"R8", 1}, {"R16", 2}, {"R16F", 2}},
   targets[] = {{"unknown", 0}, {"RGBA32F", 16}, {"RGBA16F", 8}, {"RGBA8", 4}};
 _Static_assert(VIT_ARRAY_LENGTH(texels) == VIT_TEXEL_COUNT, "a row for every texel");
 _Static_assert(VIT_ARRAY_LENGTH(targets) == VIT_TARGET_COUNT, "a row for every target");
@@ -86,11 +86,6 @@ static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request 
     if (preset->technique != plan->technique)
         vit_plan_leave_out(plan, 0, "technique", "%s is not built yet: drawn as composite",
                            vit_technique_name(preset->technique));
-    plan->classify = VIT_CLASSIFY_PRE;
-    if (preset->sampling.classify != plan->classify)
-        vit_plan_leave_out(plan, 0, "sampling.classify",
-                           "%s is not built yet: texels are classified before filtering (pre)",
-                           vit_classify_name(preset->sampling.classify));
     if (preset->shading.model != VIT_SHADING_NONE)
         vit_plan_leave_out(plan, 0, "shading", "light is not built yet: drawn unlit");
     if (preset->boundary_count > 0)
@@ -105,17 +100,37 @@ static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request 
 
 static void choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps)
 {
+    bool scalar = plan->classify != VIT_CLASSIFY_PRE;
     if (preset->sampling.texture_bits == 8) {
-        plan->texel = VIT_TEXEL_RGBA8;
+        plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
     } else if (caps->texture_norm16) {
-        plan->texel = VIT_TEXEL_RGBA16;
+        plan->texel = scalar ? VIT_TEXEL_R16 : VIT_TEXEL_RGBA16;
     } else if (caps->texture_half_float_linear) {
-        plan->texel = VIT_TEXEL_RGBA16F;
+        plan->texel = scalar ? VIT_TEXEL_R16F : VIT_TEXEL_RGBA16F;
         vit_plan_leave_out(plan, 0, "16-bit texels", "no 16-bit normalised textures here: half floats (11 bits)");
     } else {
-        plan->texel = VIT_TEXEL_RGBA8;
+        plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
         vit_plan_leave_out(plan, 0, "16-bit texels", "neither 16-bit normalised nor half-float textures here: 8 bits");
     }
+}
+
+/* Post and slab classification look the transfer function up in a table over HU. */
+static void choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    if (plan->classify == VIT_CLASSIFY_PRE)
+        return;
+    bool slab = plan->classify == VIT_CLASSIFY_SLAB;
+    int entries = slab ? VIT_PLAN_SLAB_ENTRIES : VIT_PLAN_POST_ENTRIES;
+    if (entries > caps->max_texture_size)
+        entries = caps->max_texture_size;
+    plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
+    plan->table_float = caps->texture_float_linear;
+    plan->table_bytes = (uint64_t)entries * (slab ? (uint64_t)entries : 1) * (plan->table_float ? 16 : 8);
+    if (!plan->table_float)
+        vit_plan_leave_out(plan, plan->table_bytes, "float table",
+                           "no filtered float textures here: half floats (11 bits)");
+    plan->features |= slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);
 }
 
 /* OPTICS.md §5, accumulation. */
@@ -187,9 +202,10 @@ static enum vit_plan_result choose_path(struct vit_plan *plan, const struct vit_
     plan->path = VIT_PATH_3D;
     snprintf(plan->path_why, sizeof plan->path_why, "%s",
              request->path == VIT_PATH_3D ? "asked for" : "3D textures are there and the volume fits");
-    choose_texel(plan, request->preset, &request->caps);
-    choose_target(plan, &request->caps);
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
+    choose_texel(plan, request->preset, &request->caps);
+    choose_table(plan, request->volume, &request->caps);
+    choose_target(plan, &request->caps);
     plan->slabs_per_pass = VIT_PLAN_SLABS_PER_PASS;
     return fit_texture(plan, &request->caps, log);
 }
@@ -199,7 +215,8 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_preset *preset = request->preset;
-    *plan = (struct vit_plan){.filter = preset->sampling.filter, .transfer = &preset->transfer};
+    *plan = (struct vit_plan){
+        .filter = preset->sampling.filter, .classify = preset->sampling.classify, .transfer = &preset->transfer};
     if (!check_rules(request, log))
         return VIT_PLAN_WRONG;
     memcpy(plan->background, preset->background, sizeof plan->background);

@@ -7,6 +7,9 @@
 #define VIT_RULE_EMPTY_BORDER "empty-border"
 /* Slabs composited in the shader before one blend; `make bench` (passes) shows frame times for 1 to 32. */
 #define VIT_PLAN_SLABS_PER_PASS 8
+/* Entries a side of the pre-integrated table, and of the table of homogeneous slabs. */
+#define VIT_PLAN_SLAB_ENTRIES 512
+#define VIT_PLAN_POST_ENTRIES 2048
 
 bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
 void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)

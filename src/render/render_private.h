@@ -8,18 +8,33 @@
 
 #include "vitrine/render.h"
 
-/* texture3d.c: the volume as one 3D texture of classified texels. */
+/* FNV-1a: what a texture was made from, so that it is made again only when that changes. */
+#define VIT_HASH_START 0xcbf29ce484222325u
+uint64_t vit_hash_bytes(uint64_t hash, const void *data, size_t bytes);
+uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer);
+
+/* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
     enum vit_texel texel;
     size_t n[3];
-    uint64_t transfer_hash; /* of the transfer function and slab thickness that the texels hold */
+    uint64_t made_from;
     uint64_t bytes;
+    double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
 };
 VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,
                                          const struct vit_volume *volume, const struct vit_plan *plan,
                                          const struct vit_progress *progress);
 void vit_texture3d_clear(struct vit_texture3d *texture);
+
+/* table.c: the transfer function over HU (post) or pairs of HU (slab) as a 2D texture. */
+struct vit_table {
+    GLuint texture;
+    uint64_t made_from;
+    uint64_t bytes;
+};
+VIT_NODISCARD bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan);
+void vit_table_clear(struct vit_table *table);
 
 /* mesh.c: the outlines of all passes as one triangle list, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {

@@ -7,22 +7,13 @@
 /* Uniforms of shaders/slabs.*; X(name). */
 #define UNIFORMS(X)                                                                                                    \
     X(clip_from_px)                                                                                                    \
-    X(tex_from_x)                                                                                                      \
-    X(tex_from_y)                                                                                                      \
-    X(tex_origin)                                                                                                      \
-    X(texels)                                                                                                          \
-    X(box_low)                                                                                                         \
-    X(box_high)                                                                                                        \
-    X(tex_toward)                                                                                                      \
-    X(near_limit_mm)                                                                                                   \
-    X(eye_mm)                                                                                                          \
-    X(px_per_eye)                                                                                                      \
-    X(slab_mm)
+    X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(near_limit_mm)          \
+        X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) X(axis_first)
 
 struct program {
     GLuint name;
     unsigned features;
-    int slabs_per_pass;
+    int slabs_per_pass, axis_groups;
     GLint outline;
 #define UNIFORM_FIELD(uniform) GLint uniform;
     UNIFORMS(UNIFORM_FIELD)
@@ -33,6 +24,7 @@ struct vit_renderer {
     struct vit_gl *gl;
     const struct vit_volume *volume;
     struct vit_texture3d texture3d;
+    struct vit_table table;
     struct vit_gl_target target;
     struct program program;
     struct vit_mesh mesh;
@@ -60,6 +52,7 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     if (!renderer)
         return;
     vit_texture3d_clear(&renderer->texture3d);
+    vit_table_clear(&renderer->table);
     vit_gl_target_destroy(renderer->gl, &renderer->target);
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
@@ -72,7 +65,9 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
 static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     struct program *program = &renderer->program;
-    if (program->name && program->features == plan->features && program->slabs_per_pass == plan->slabs_per_pass)
+    int groups = (plan->axis.segments + 3) / 4;
+    if (program->name && program->features == plan->features && program->slabs_per_pass == plan->slabs_per_pass &&
+        program->axis_groups == groups)
         return true;
     glDeleteProgram(program->name);
     static const char *const feature_names[VIT_FEATURE_BIT_COUNT] = {
@@ -80,16 +75,18 @@ static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan
         VIT_FEATURES(FEATURE_NAME)
 #undef FEATURE_NAME
     };
-    char per_pass[32];
+    char per_pass[32], axis_groups[32];
     snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
-    const char *defines[VIT_FEATURE_BIT_COUNT + 2] = {per_pass};
-    size_t count = 1;
+    snprintf(axis_groups, sizeof axis_groups, "VIT_AXIS_GROUPS %d", groups);
+    const char *defines[VIT_FEATURE_BIT_COUNT + 3] = {per_pass, axis_groups};
+    size_t count = 2;
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
         if (plan->features >> bit & 1)
             defines[count++] = feature_names[bit];
     *program = (struct program){.name = vit_gl_program_create(renderer->gl, "slabs", defines),
                                 .features = plan->features,
-                                .slabs_per_pass = plan->slabs_per_pass};
+                                .slabs_per_pass = plan->slabs_per_pass,
+                                .axis_groups = groups};
     if (!program->name)
         return false;
     program->outline = glGetAttribLocation(program->name, "outline");
@@ -117,13 +114,14 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
 {
     uint64_t start = vit_clock_ns();
     if (!prepare_program(renderer, plan) || !prepare_target(renderer, plan) ||
-        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress))
+        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress) ||
+        !vit_table_prepare(renderer->gl, &renderer->table, plan))
         return false;
     if (!vit_mesh_reserve(&renderer->mesh, plan)) {
         vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
         return false;
     }
-    renderer->stats.texture_bytes = renderer->texture3d.bytes;
+    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes;
     renderer->stats.setup_ms = (double)(vit_clock_ns() - start) * 1e-6;
     return true;
 }
@@ -131,6 +129,24 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
 static void set_vec3(GLint location, struct vit_vec3 v)
 {
     glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
+}
+
+/* The table's axis in units of texel values; segments beyond the last add nothing. */
+static void set_axis(const struct program *program, const struct vit_plan *plan, const struct vit_texture3d *texture)
+{
+    const struct vit_hu_axis *axis = &plan->axis;
+    GLfloat from[VIT_HU_AXIS_SEGMENTS_MAX] = {0}, scale[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
+    GLfloat share[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
+    for (int i = 0; i < axis->segments; i++) {
+        from[i] = (GLfloat)((axis->hu[i] - texture->hu_origin) / texture->hu_per_value);
+        scale[i] = (GLfloat)(texture->hu_per_value / (axis->hu[i + 1] - axis->hu[i]));
+        share[i] = (GLfloat)((double)(axis->entry[i + 1] - axis->entry[i]) / axis->entries);
+    }
+    glUniform4fv(program->axis_from, program->axis_groups, from);
+    glUniform4fv(program->axis_scale, program->axis_groups, scale);
+    glUniform4fv(program->axis_share, program->axis_groups, share);
+    glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
+    glUniform1i(program->table, 1);
 }
 
 static void set_uniforms(const struct program *program, const struct vit_plan *plan)
@@ -188,6 +204,10 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
         glUseProgram(renderer->program.name);
         set_uniforms(&renderer->program, plan);
         send_mesh(renderer);
+        if (plan->axis.entries > 0)
+            set_axis(&renderer->program, plan, &renderer->texture3d);
+        glActiveTexture(GL_TEXTURE1);
+        glBindTexture(GL_TEXTURE_2D, renderer->table.texture);
         glActiveTexture(GL_TEXTURE0);
         glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
         /* Front to back: what is there hides what comes. */
