@@ -4,6 +4,7 @@
 //   VIT_SLAB   HU at a slab's two faces, looked up in the pre-integrated table
 //   VIT_POST   HU in a slab's middle, looked up in a table of homogeneous slabs
 //   neither    texels that were classified before filtering
+//   VIT_REDUCE no light at all: HU at the faces, for MIP, MinIP and mean (VIT_MINIP, VIT_MEAN)
 uniform VIT_SAMPLER_3D texels; // premultiplied colour and opacity of a slab of thickness slab_mm, or HU
 uniform vec3 box_low;          // the visible box, texture coordinates
 uniform vec3 box_high;
@@ -17,20 +18,12 @@ VIT_VARYING vec3 ray;
 VIT_VARYING vec2 screen_px;
 VIT_VARYING float pass_near_mm;
 
-#if defined(VIT_SLAB) || defined(VIT_POST)
-uniform sampler2D table;                  // s: HU at the back (or in the middle), t: HU at the front
-uniform vec4 axis_from[VIT_AXIS_GROUPS];  // the table axis' segments, four a vector: first texel value,
-uniform vec4 axis_scale[VIT_AXIS_GROUPS]; // 1 over the length in texel values,
-uniform vec4 axis_share[VIT_AXIS_GROUPS]; // part of the table's entries
-uniform float axis_first;                 // middle of the first entry
+#ifdef VIT_AXIS_GROUPS
+uniform sampler2D table; // s: HU at the back (or in the middle), t: HU at the front
 
-float table_coordinate(vec3 position)
+float value_at(vec3 position)
 {
-    float value = VIT_TEXTURE_3D(texels, position).r;
-    float coordinate = axis_first;
-    for (int i = 0; i < VIT_AXIS_GROUPS; i++)
-        coordinate += dot(axis_share[i], clamp((value - axis_from[i]) * axis_scale[i], 0.0, 1.0));
-    return coordinate;
+    return VIT_TEXTURE_3D(texels, position).r;
 }
 #endif
 
@@ -56,22 +49,50 @@ void main()
     float far_mm = max(max(enter.x, enter.y), enter.z);
     float near_mm = min(min(min(leave.x, leave.y), leave.z), near_limit_mm);
 
-    vec4 sum = vec4(0.0);
     float front_mm = min(max(pass_near_mm, far_mm), near_mm);
+#ifdef VIT_REDUCE
+    // What a ray is reduced to: its greatest place in the table (MIP), the greatest from its end (MinIP), or its share
+    // of the mean; alpha says that there is a ray (mean: how much of it).
+    float greatest = 0.0;
+    vec2 mean = vec2(0.0);
+    float whole_mm = max(near_mm - far_mm, 1e-20);
+    float front = value_at(base + front_mm * along);
+    for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
+        float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
+        float back = value_at(base + back_mm * along);
+#ifdef VIT_MEAN
+        float share = (front_mm - back_mm) / whole_mm;
+        mean += share * vec2(0.5 * (front + back), 1.0);
+#elif defined(VIT_MINIP)
+        greatest = max(greatest, 1.0 - min(table_coordinate(front), table_coordinate(back)));
+#else
+        greatest = max(greatest, max(table_coordinate(front), table_coordinate(back)));
+#endif
+        front = back;
+        front_mm = back_mm;
+    }
+#ifdef VIT_MEAN
+    VIT_COLOR = mean.y > 0.0 ? vec4(mean.x, 0.0, 0.0, mean.y) : vec4(0.0);
+#else
+    bool met = min(pass_near_mm, near_mm) > max(pass_near_mm - float(VIT_SLABS_PER_PASS) * slab_mm, far_mm);
+    VIT_COLOR = met ? vec4(greatest, 0.0, 0.0, 1.0) : vec4(0.0);
+#endif
+#else
+    vec4 sum = vec4(0.0);
 #ifdef VIT_SLAB
-    float front = table_coordinate(base + front_mm * along);
+    float front = table_coordinate(value_at(base + front_mm * along));
 #endif
     for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
         float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
         float k = (front_mm - back_mm) * stretch;
 #ifdef VIT_SLAB
-        float back = table_coordinate(base + back_mm * along);
+        float back = table_coordinate(value_at(base + back_mm * along));
         vec4 slab = VIT_TEXTURE_2D(table, vec2(back, front));
         front = back;
 #else
         vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
-        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(middle), 0.5));
+        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(value_at(middle)), 0.5));
 #else
         vec4 slab = VIT_TEXTURE_3D(texels, middle);
 #endif
@@ -87,4 +108,5 @@ void main()
         sum += (1.0 - sum.a) * slab;
     }
     VIT_COLOR = sum;
+#endif
 }

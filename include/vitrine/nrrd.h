@@ -32,8 +32,8 @@ struct vit_nrrd_header {
     bool big_endian;
     /* Index → LPS mm of the three domain axes (axes 0–2, or 1–3 when axis 0 is a list of channels); sample centres.
      * Only filled when has_geometry; "right-anterior-superior" and the other spaces are turned into LPS. A file with
-     * `spacings` only gives a diagonal matrix and has_orientation = false, and so does one whose space names no patient.
-     * Axes that the file does not have are 1 mm along the normal of those that it has. */
+     * `spacings` only gives a diagonal matrix and has_orientation = false, and so does one whose space names no
+     * patient. Axes that the file does not have are 1 mm along the normal of those that it has. */
     bool has_geometry, has_orientation;
     struct vit_mat4 lps_mm_from_index;
     double slope,
@@ -51,7 +51,8 @@ VIT_NODISCARD bool vit_nrrd_reader_read(struct vit_nrrd_reader *reader, void *ou
 void vit_nrrd_reader_destroy(struct vit_nrrd_reader **reader);
 
 /* Writes header and data (`samples`: host byte order; the file's is header->big_endian; same bytes for the same input).
- * Reading it back gives bit-identical samples and geometry, except for a matrix that is not given in LPS. .nhdr writes a detached NAME.raw or NAME.raw.gz beside it. Appears whole or not at all. */
+ * Reading it back gives bit-identical samples and geometry, except for a matrix that is not given in LPS. .nhdr writes
+ * a detached NAME.raw or NAME.raw.gz beside it. Appears whole or not at all. */
 VIT_NODISCARD bool vit_nrrd_write(const char *path, const struct vit_nrrd_header *header, const void *samples,
                                   const struct vit_log *log);
 

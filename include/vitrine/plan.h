@@ -12,7 +12,10 @@
 #define VIT_FEATURES(X)                                                                                                \
     X(PERSPECTIVE, "rays diverge: a slab's thickness differs from pixel to pixel")                                     \
     X(POST, "HU in the middle of a slab, classified in the shader")                                                    \
-    X(SLAB, "HU at the two faces of a slab, looked up in the pre-integrated table")
+    X(SLAB, "HU at the two faces of a slab, looked up in the pre-integrated table")                                    \
+    X(REDUCE, "a ray is reduced to one HU, classified once")                                                           \
+    X(MINIP, "to its least")                                                                                           \
+    X(MEAN, "to its mean")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -72,8 +75,11 @@ struct vit_plan {
     enum vit_path path;
     char path_why[160];
     enum vit_texel texel;
-    /* post, slab: the look-up table, axis.entries wide (and high with slab), float or half-float texels */
+    /* the look-up table, where there is one (axis.entries > 0): slabs of thickness table_mm, over HU (one row) or
+     * pairs of HU (as many rows as entries), float or half-float texels */
     struct vit_hu_axis axis;
+    int table_rows;
+    double table_mm;
     bool table_float;
     uint64_t table_bytes;
     enum vit_target target;

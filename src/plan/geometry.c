@@ -54,7 +54,8 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
 {
     memcpy(plan->draw_low, plan->clip_low, sizeof plan->draw_low);
     memcpy(plan->draw_high, plan->clip_high, sizeof plan->draw_high);
-    if (vit_plan_keeps(request, VIT_RULE_EMPTY_BORDER))
+    /* What cannot be seen still counts for a ray's least, greatest and mean. */
+    if (plan->technique != VIT_TECHNIQUE_COMPOSITE || vit_plan_keeps(request, VIT_RULE_EMPTY_BORDER))
         return;
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);

@@ -82,10 +82,6 @@ static bool check_rules(const struct vit_plan_request *request, const struct vit
 static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_preset *preset = request->preset;
-    plan->technique = VIT_TECHNIQUE_COMPOSITE;
-    if (preset->technique != plan->technique)
-        vit_plan_leave_out(plan, 0, "technique", "%s is not built yet: drawn as composite",
-                           vit_technique_name(preset->technique));
     if (preset->shading.model != VIT_SHADING_NONE)
         vit_plan_leave_out(plan, 0, "shading", "light is not built yet: drawn unlit");
     if (preset->boundary_count > 0)
@@ -120,17 +116,22 @@ static void choose_table(struct vit_plan *plan, const struct vit_volume *volume,
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
     if (plan->classify == VIT_CLASSIFY_PRE)
         return;
-    bool slab = plan->classify == VIT_CLASSIFY_SLAB;
+    bool reduce = plan->technique != VIT_TECHNIQUE_COMPOSITE;
+    bool slab = plan->classify == VIT_CLASSIFY_SLAB && !reduce;
     int entries = slab ? VIT_PLAN_SLAB_ENTRIES : VIT_PLAN_POST_ENTRIES;
     if (entries > caps->max_texture_size)
         entries = caps->max_texture_size;
     plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
     plan->table_float = caps->texture_float_linear;
-    plan->table_bytes = (uint64_t)entries * (slab ? (uint64_t)entries : 1) * (plan->table_float ? 16 : 8);
+    plan->table_rows = slab ? entries : 1;
+    plan->table_mm = reduce ? plan->transfer->unit_mm : plan->slab_mm;
+    plan->table_bytes = (uint64_t)entries * (uint64_t)plan->table_rows * (plan->table_float ? 16 : 8);
     if (!plan->table_float)
         vit_plan_leave_out(plan, plan->table_bytes, "float table",
                            "no filtered float textures here: half floats (11 bits)");
-    plan->features |= slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);
+    plan->features |= reduce ? VIT_FEATURE(REDUCE) : slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);
+    plan->features |= plan->technique == VIT_TECHNIQUE_MINIP ? VIT_FEATURE(MINIP) : 0;
+    plan->features |= plan->technique == VIT_TECHNIQUE_MEAN ? VIT_FEATURE(MEAN) : 0;
 }
 
 /* OPTICS.md §5, accumulation. */
@@ -145,6 +146,9 @@ static void choose_target(struct vit_plan *plan, const struct vit_caps *caps)
         why = "no float blending (EXT_float_blend) here";
     } else {
         plan->target = VIT_TARGET_RGBA8;
+        /* A mean is added up in texel values, which must then lie in [0, 1]. */
+        if (plan->technique == VIT_TECHNIQUE_MEAN && plan->texel == VIT_TEXEL_R16F)
+            plan->texel = VIT_TEXEL_R8;
         why = "neither float nor half-float framebuffers here";
     }
     snprintf(plan->target_why, sizeof plan->target_why, "%s", why);
@@ -215,8 +219,10 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_preset *preset = request->preset;
-    *plan = (struct vit_plan){
-        .filter = preset->sampling.filter, .classify = preset->sampling.classify, .transfer = &preset->transfer};
+    *plan = (struct vit_plan){.technique = preset->technique,
+                              .filter = preset->sampling.filter,
+                              .classify = preset->sampling.classify,
+                              .transfer = &preset->transfer};
     if (!check_rules(request, log))
         return VIT_PLAN_WRONG;
     memcpy(plan->background, preset->background, sizeof plan->background);
@@ -228,6 +234,9 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
     }
     plan->camera = vit_camera_make(&request->view, plan->mm_from_tex);
     accept_unbuilt(plan, request);
+    /* A ray's extremes and mean are of HU, sampled at the slabs' faces. */
+    if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
+        plan->classify = VIT_CLASSIFY_SLAB;
     vit_plan_clip(plan, preset->clip_mm);
     vit_plan_empty_border(plan, request);
     if (!vit_plan_slabs(plan, vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel, log))

@@ -4,11 +4,13 @@
 #include "render_private.h"
 #include "vitrine/proxy.h"
 
-/* Uniforms of shaders/slabs.*; X(name). */
+/* Uniforms of shaders/slabs.* and shaders/reduce.*; X(name). */
 #define UNIFORMS(X)                                                                                                    \
     X(clip_from_px)                                                                                                    \
-    X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(near_limit_mm)          \
-        X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) X(axis_first)
+    X(tex_from_x)                                                                                                      \
+    X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(near_limit_mm) X(eye_mm)              \
+        X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) X(axis_first) X(reduced)            \
+            X(tex_from_px)
 
 struct program {
     GLuint name;
@@ -25,8 +27,8 @@ struct vit_renderer {
     const struct vit_volume *volume;
     struct vit_texture3d texture3d;
     struct vit_table table;
-    struct vit_gl_target target;
-    struct program program;
+    struct vit_gl_target target, reduced; /* reduced: what rays come to before classification (MIP, MinIP, mean) */
+    struct program program, reduce_program;
     struct vit_mesh mesh;
     GLuint buffers[2], vertex_array;
     struct vit_render_stats stats;
@@ -54,17 +56,19 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     vit_texture3d_clear(&renderer->texture3d);
     vit_table_clear(&renderer->table);
     vit_gl_target_destroy(renderer->gl, &renderer->target);
+    vit_gl_target_destroy(renderer->gl, &renderer->reduced);
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
+    glDeleteProgram(renderer->reduce_program.name);
     glDeleteBuffers(2, renderer->buffers);
     glDeleteVertexArrays(1, &renderer->vertex_array);
     vit_free(renderer);
     *renderer_pointer = NULL;
 }
 
-static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan *plan)
+static bool prepare_program(struct vit_renderer *renderer, struct program *program, const char *name,
+                            const struct vit_plan *plan)
 {
-    struct program *program = &renderer->program;
     int groups = (plan->axis.segments + 3) / 4;
     if (program->name && program->features == plan->features && program->slabs_per_pass == plan->slabs_per_pass &&
         program->axis_groups == groups)
@@ -78,12 +82,14 @@ static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan
     char per_pass[32], axis_groups[32];
     snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
     snprintf(axis_groups, sizeof axis_groups, "VIT_AXIS_GROUPS %d", groups);
-    const char *defines[VIT_FEATURE_BIT_COUNT + 3] = {per_pass, axis_groups};
-    size_t count = 2;
+    const char *defines[VIT_FEATURE_BIT_COUNT + 3] = {per_pass};
+    size_t count = 1;
+    if (groups > 0)
+        defines[count++] = axis_groups;
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
         if (plan->features >> bit & 1)
             defines[count++] = feature_names[bit];
-    *program = (struct program){.name = vit_gl_program_create(renderer->gl, "slabs", defines),
+    *program = (struct program){.name = vit_gl_program_create(renderer->gl, name, defines),
                                 .features = plan->features,
                                 .slabs_per_pass = plan->slabs_per_pass,
                                 .axis_groups = groups};
@@ -96,11 +102,10 @@ static bool prepare_program(struct vit_renderer *renderer, const struct vit_plan
     return true;
 }
 
-static bool prepare_target(struct vit_renderer *renderer, const struct vit_plan *plan)
+static bool prepare_target(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan)
 {
     static const GLenum formats[VIT_TARGET_COUNT] = {
         [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
-    struct vit_gl_target *target = &renderer->target;
     if (target->texture && target->internal_format == formats[plan->target] && target->width == plan->camera.width_px &&
         target->height == plan->camera.height_px)
         return true;
@@ -109,11 +114,20 @@ static bool prepare_target(struct vit_renderer *renderer, const struct vit_plan 
                                 plan->camera.height_px);
 }
 
+static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    if (!(plan->features & VIT_FEATURE(REDUCE)))
+        return true;
+    return prepare_program(renderer, &renderer->reduce_program, "reduce", plan) &&
+           prepare_target(renderer, &renderer->reduced, plan);
+}
+
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
     uint64_t start = vit_clock_ns();
-    if (!prepare_program(renderer, plan) || !prepare_target(renderer, plan) ||
+    if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
+        !prepare_target(renderer, &renderer->target, plan) || !prepare_reduction(renderer, plan) ||
         !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress) ||
         !vit_table_prepare(renderer->gl, &renderer->table, plan))
         return false;
@@ -178,44 +192,90 @@ static void set_uniforms(const struct program *program, const struct vit_plan *p
     glUniform1i(program->texels, 0);
 }
 
-static void send_mesh(struct vit_renderer *renderer)
+static void send_vertices(struct vit_renderer *renderer, const struct program *program, const void *vertices,
+                          size_t bytes)
 {
-    const struct vit_mesh *mesh = &renderer->mesh;
     glBindVertexArray(renderer->vertex_array);
     glBindBuffer(GL_ARRAY_BUFFER, renderer->buffers[0]);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(mesh->vertex_count * sizeof *mesh->vertices), mesh->vertices,
-                 GL_STREAM_DRAW);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)bytes, vertices, GL_STREAM_DRAW);
+    glEnableVertexAttribArray((GLuint)program->outline);
+    glVertexAttribPointer((GLuint)program->outline, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+}
+
+static void bind_textures(struct vit_renderer *renderer)
+{
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, renderer->table.texture);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
+}
+
+static void clear_target(const struct vit_gl_target *target)
+{
+    glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
+    glViewport(0, 0, target->width, target->height);
+    glClearColor(0, 0, 0, 0);
+    glClear(GL_COLOR_BUFFER_BIT);
+}
+
+/* How passes come together: front to back, what is there hides what comes; or extremes, or sums. */
+static void set_blending(const struct vit_plan *plan)
+{
+    bool sum = plan->features & VIT_FEATURE(MEAN), reduce = plan->features & VIT_FEATURE(REDUCE);
+    glEnable(GL_BLEND);
+    glBlendEquation(reduce && !sum ? GL_MAX : GL_FUNC_ADD);
+    if (reduce)
+        glBlendFunc(GL_ONE, GL_ONE);
+    else
+        glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);
+}
+
+static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    const struct vit_mesh *mesh = &renderer->mesh;
+    glUseProgram(renderer->program.name);
+    set_uniforms(&renderer->program, plan);
+    if (plan->axis.entries > 0)
+        set_axis(&renderer->program, plan, &renderer->texture3d);
+    send_vertices(renderer, &renderer->program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, renderer->buffers[1]);
     glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(mesh->index_count * sizeof *mesh->indices), mesh->indices,
                  GL_STREAM_DRAW);
-    glEnableVertexAttribArray((GLuint)renderer->program.outline);
-    glVertexAttribPointer((GLuint)renderer->program.outline, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+    bind_textures(renderer);
+    set_blending(plan);
+    glDrawElements(GL_TRIANGLES, (GLsizei)mesh->index_count, GL_UNSIGNED_INT, NULL);
+    glDisable(GL_BLEND);
+}
+
+/* Classifies what the rays were reduced to. */
+static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    static const struct vit_mesh_vertex whole[3] = {{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}};
+    const struct program *program = &renderer->reduce_program;
+    clear_target(&renderer->target);
+    glUseProgram(program->name);
+    set_axis(program, plan, &renderer->texture3d);
+    glUniform1i(program->reduced, 2);
+    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)renderer->target.width, 1.0f / (GLfloat)renderer->target.height);
+    send_vertices(renderer, program, whole, sizeof whole);
+    bind_textures(renderer);
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_2D, renderer->reduced.texture);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     uint64_t start = vit_clock_ns();
+    bool reduce = plan->features & VIT_FEATURE(REDUCE);
     vit_mesh_build(&renderer->mesh, plan);
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.framebuffer);
-    glViewport(0, 0, renderer->target.width, renderer->target.height);
-    glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT);
-    if (renderer->mesh.index_count > 0) {
-        glUseProgram(renderer->program.name);
-        set_uniforms(&renderer->program, plan);
-        send_mesh(renderer);
-        if (plan->axis.entries > 0)
-            set_axis(&renderer->program, plan, &renderer->texture3d);
-        glActiveTexture(GL_TEXTURE1);
-        glBindTexture(GL_TEXTURE_2D, renderer->table.texture);
-        glActiveTexture(GL_TEXTURE0);
-        glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
-        /* Front to back: what is there hides what comes. */
-        glEnable(GL_BLEND);
-        glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);
-        glDrawElements(GL_TRIANGLES, (GLsizei)renderer->mesh.index_count, GL_UNSIGNED_INT, NULL);
-        glDisable(GL_BLEND);
-    }
+    clear_target(reduce ? &renderer->reduced : &renderer->target);
+    if (renderer->mesh.index_count > 0)
+        draw_slabs(renderer, plan);
+    if (reduce)
+        draw_reduced(renderer, plan);
     glFinish();
     renderer->stats.slices = plan->slab_count;
     renderer->stats.fragments = (uint64_t)(renderer->mesh.area_px * plan->slabs_per_pass);

@@ -6,19 +6,19 @@ static uint64_t hash_table(const struct vit_plan *plan)
     uint64_t hash = vit_hash_transfer(VIT_HASH_START, plan->transfer);
     hash = vit_hash_bytes(hash, &plan->axis.entries, sizeof plan->axis.entries);
     hash = vit_hash_bytes(hash, plan->axis.hu, ((size_t)plan->axis.segments + 1) * sizeof plan->axis.hu[0]);
-    hash = vit_hash_bytes(hash, &plan->classify, sizeof plan->classify);
-    return vit_hash_bytes(hash, &plan->slab_mm, sizeof plan->slab_mm);
+    hash = vit_hash_bytes(hash, &plan->table_rows, sizeof plan->table_rows);
+    return vit_hash_bytes(hash, &plan->table_mm, sizeof plan->table_mm);
 }
 
 static void fill(const struct vit_plan *plan, float *rgba)
 {
-    if (plan->classify == VIT_CLASSIFY_SLAB) {
-        vit_preintegrated_build(plan->transfer, &plan->axis, plan->slab_mm, rgba);
+    if (plan->table_rows > 1) {
+        vit_preintegrated_build(plan->transfer, &plan->axis, plan->table_mm, rgba);
         return;
     }
     for (int i = 0; i < plan->axis.entries; i++) {
         double slab[4];
-        vit_transfer_slab(plan->transfer, vit_hu_axis_hu(&plan->axis, i), plan->slab_mm, slab);
+        vit_transfer_slab(plan->transfer, vit_hu_axis_hu(&plan->axis, i), plan->table_mm, slab);
         for (int c = 0; c < 4; c++)
             rgba[i * 4 + c] = (float)slab[c];
     }
@@ -26,13 +26,13 @@ static void fill(const struct vit_plan *plan, float *rgba)
 
 bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan)
 {
-    if (plan->classify == VIT_CLASSIFY_PRE)
+    if (plan->axis.entries == 0)
         return true;
     uint64_t hash = hash_table(plan);
     if (table->texture && table->made_from == hash)
         return true;
     vit_table_clear(table);
-    GLsizei width = plan->axis.entries, height = plan->classify == VIT_CLASSIFY_SLAB ? width : 1;
+    GLsizei width = plan->axis.entries, height = plan->table_rows;
     float *rgba = vit_alloc((size_t)width * (size_t)height, 4 * sizeof *rgba);
     if (!rgba) {
         vit_error(vit_gl_log(gl), "out of memory for a table of %d x %d", width, height);

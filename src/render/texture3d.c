@@ -138,7 +138,7 @@ static bool upload(struct vit_gl *gl, const struct format *format, const struct 
                          staging + at * format->bytes);
         }
         glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, (GLint)first, (GLsizei)info->n[0], (GLsizei)info->n[1], (GLsizei)count,
-                        GL_RGBA, format->type, staging);
+                        format->layout, format->type, staging);
         going = vit_progress_step(progress, "texture", first + count, info->n[2]);
     }
     vit_free(staging);
