@@ -2,6 +2,7 @@
 // What differs between GLSL ES 3.00 and 1.00; every stage is written in the subset behind these names.
 precision highp float;
 precision highp int;
+precision highp sampler2D; // lowp unless said: drivers then deliver half floats
 precision highp sampler3D;
 #define VIT_ES3 1
 #ifdef VIT_VERTEX

@@ -13,6 +13,8 @@ struct fixture {
     struct vit_renderer *renderer;
     struct vit_preset preset;
     struct vit_transfer_point point;
+    const char *const *keep;
+    size_t keep_count;
     struct vit_log log;
 };
 
@@ -23,13 +25,21 @@ static void fixture_log(void *user, enum vit_log_level level, const char *line)
     print_message("# %s\n", line);
 }
 
+static inline bool fixture_load(struct fixture *f, const char *phantom)
+{
+    vit_renderer_destroy(&f->renderer);
+    vit_volume_destroy(&f->volume);
+    f->volume = vit_phantom_build(vit_phantom_find(phantom), &f->log, NULL);
+    f->renderer = f->gl && f->volume ? vit_renderer_create(f->gl, f->volume) : NULL;
+    return f->renderer;
+}
+
 static int fixture_setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);
     f->log = (struct vit_log){fixture_log, NULL, VIT_LOG_WARN};
     f->gl = vit_gl_create(3, &f->log);
-    f->volume = vit_phantom_build(vit_phantom_find("block"), &f->log, NULL);
-    f->renderer = f->gl && f->volume ? vit_renderer_create(f->gl, f->volume) : NULL;
+    bool loaded = fixture_load(f, "block");
     /* 1 %/mm: over the block's length neither clear nor opaque. */
     f->point = (struct vit_transfer_point){0, {0.8, 0.5, 0.25}, 0.01};
     f->preset.technique = VIT_TECHNIQUE_COMPOSITE;
@@ -39,7 +49,7 @@ static int fixture_setup(void **state)
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
     f->preset.sampling.texture_bits = 16;
     *state = f;
-    return f->renderer ? 0 : -1;
+    return loaded ? 0 : -1;
 }
 
 static int fixture_teardown(void **state)
@@ -59,7 +69,9 @@ static struct vit_plan fixture_plan(struct fixture *f, const char *direction, en
                                        .preset = &f->preset,
                                        .view = vit_view_default(),
                                        .caps = caps ? *caps : *vit_gl_caps(f->gl),
-                                       .path = VIT_PATH_AUTO};
+                                       .path = VIT_PATH_AUTO,
+                                       .keep = f->keep,
+                                       .keep_count = f->keep_count};
     request.view.width_px = 120;
     request.view.height_px = 90;
     request.view.projection = projection;
@@ -80,7 +92,7 @@ static struct vit_frame fixture_draw(struct fixture *f, const struct vit_plan *p
 }
 
 /* Length of a pixel's ray inside the visible box [mm]; -1 where a parallel ray runs in a face. */
-static double fixture_ray_mm(const struct vit_plan *plan, int column, int row)
+static inline double fixture_ray_mm(const struct vit_plan *plan, int column, int row)
 {
     struct vit_vec3 origin, direction;
     vit_camera_ray(&plan->camera, column, row, &origin, &direction);
@@ -106,13 +118,14 @@ static double fixture_ray_mm(const struct vit_plan *plan, int column, int row)
 
 /* A homogeneous volume is the worst case of 16-bit texels: all slabs round the same way (WVW94 2.1.1). Half a step of
  * every slab, and as much again for the colour's own rounding; 1e-5 for single precision. */
-static double fixture_rounding(const struct vit_plan *plan)
+static inline double fixture_rounding(const struct vit_plan *plan)
 {
     return plan->slab_count / 65535.0 + 1e-5;
 }
 
 /* Largest error of a picture of the block: opacity 1-(1-α)^length, colour times that. */
-static double fixture_block_error(const struct fixture *f, const struct vit_plan *plan, const struct vit_frame *frame)
+static inline double fixture_block_error(const struct fixture *f, const struct vit_plan *plan,
+                                         const struct vit_frame *frame)
 {
     double worst = 0;
     for (int row = 0; row < frame->height_px; row++)
