@@ -18,6 +18,8 @@ static ptrdiff_t cell_first(const struct vit_reference *reference)
 /* Clips [*from, *to] to low <= origin + t·direction <= high. */
 static bool clip_axis(double origin, double direction, double low, double high, double *from, double *to)
 {
+    if (!(low < high)) /* nothing is left of the box, also for rays in that plane */
+        return false;
     if (direction == 0)
         return origin >= low && origin <= high;
     double a = (low - origin) / direction, b = (high - origin) / direction;
