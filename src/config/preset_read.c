@@ -105,7 +105,7 @@ static bool read_triple(const struct vit_reading *r, const struct vit_key *key, 
     const yaml_node_item_t *items = node->data.sequence.items.start;
     if (node->data.sequence.items.top - items != 3)
         return refuse_value(r, key, node, "does not have three numbers");
-    double value[3];
+    double value[3] = {0};
     for (int i = 0; i < 3; i++)
         if (!read_number(r, key, yaml_document_get_node(r->document, items[i]), &value[i]))
             return false;

@@ -13,7 +13,7 @@ for target in "$FUZZ_DIR"/*_fuzz; do
     [ -d "$seeds" ] || mkdir -p "$tap_dir/none" && [ -d "$seeds" ] || seeds=$tap_dir/none
     dictionary=tests/fuzz/$name.dict
     set -- "$target" -artifact_prefix=build/fuzz/ -rss_limit_mb=1024 -timeout=10
-    count=$(find "$seeds" -type f | wc -l)
+    count=$(find -L "$seeds" -type f | wc -l)
     tap_run "$name: $count seeds" "$@" -runs=0 "$seeds"
     if [ "$FUZZ_SECONDS" -gt 0 ]; then
         [ -f "$dictionary" ] && set -- "$@" "-dict=$dictionary"

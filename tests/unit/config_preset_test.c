@@ -161,8 +161,8 @@ static void test_accepted(void **state)
               "preset: 9.lives_-\ndescription: |\n  two words\n"
               "shading: {lights: [{direction: [0, 0, 1], color: [1, 0, 0]}, {direction: [0, -1, 0]}]}\n",
               &kept);
-    if (!preset)
-        fail_msg("%s", kept.last);
+    print_message("%s", kept.last); /* nothing, if all is well */
+    assert_non_null(preset);
     assert_int_equal(preset->transfer.count, 2);
     assert_true(preset->transfer.points[1].color[2] == 9.5 && preset->transfer.points[1].value == 1000);
     assert_string_equal(preset->description, "two words");
@@ -170,8 +170,9 @@ static void test_accepted(void **state)
     assert_true(preset->shading.lights[1].color[1] == 1);
     char *text = preset_text(preset);
     struct vit_preset *again = parse(text, &kept);
-    if (!again)
-        fail_msg("%s\n%s", kept.last, text);
+    if (kept.lines)
+        print_message("%s\n%s", kept.last, text);
+    assert_non_null(again);
     char *text_again = preset_text(again);
     assert_string_equal(text, text_again);
     free(text);
@@ -196,8 +197,9 @@ static void test_many_points(void **state)
     char *text = preset_text(preset);
     print_message("# 65536 points: %zu bytes of at most %u\n", strlen(text), VIT_PRESET_FILE_MAX);
     struct vit_preset *again = parse(text, &kept);
-    if (!again)
-        fail_msg("%s", kept.last);
+    if (kept.lines)
+        print_message("%s", kept.last);
+    assert_non_null(again);
     assert_memory_equal(again->transfer.points, points, 65536 * sizeof *points);
     free(text);
     vit_preset_destroy(&preset);
@@ -241,15 +243,16 @@ static void test_builtins(void **state)
         struct kept kept;
         struct vit_log log = kept_log(&kept);
         struct vit_preset *preset = vit_preset_create(builtin->name, &log);
-        if (!preset)
-            fail_msg("%s", kept.last);
+        print_message("%s", kept.last);
+        assert_non_null(preset);
         assert_string_equal(preset->name, builtin->name);
         assert_true(preset->description[0] != '\0');
         assert_true(vit_preset_check(preset, &log));
         char *text = preset_text(preset);
         struct vit_preset *again = parse(text, &kept);
-        if (!again)
-            fail_msg("%s\n%s", kept.last, text);
+        if (kept.lines)
+            print_message("%s\n%s", kept.last, text);
+        assert_non_null(again);
         char *text_again = preset_text(again);
         assert_string_equal(text, text_again);
         assert_int_equal(preset->transfer.count, again->transfer.count);
@@ -333,8 +336,9 @@ static void test_set_every_key(void **state)
         if (strcmp(before, after) == 0)
             fail_msg("%s changed nothing", argument);
         struct vit_preset *again = parse(after, &kept);
-        if (!again)
-            fail_msg("%s: %s\n%s", argument, kept.last, after);
+        if (kept.lines)
+            print_message("%s: %s\n%s", argument, kept.last, after);
+        assert_non_null(again);
         free(before);
         free(after);
         vit_preset_destroy(&again);
@@ -493,8 +497,31 @@ static void test_printed_tables(void **state)
     free(dictionary);
 }
 
-int main(void)
+/* The fuzzer's dictionary is in the repository: `config_preset_test --dictionary >tests/fuzz/preset.dict` makes it. */
+static void test_dictionary_is_current(void **state)
 {
+    (void)state;
+    char *now = printed(print_dictionary, NULL);
+    size_t bytes = strlen(now);
+    char *kept = calloc(bytes + 2, 1);
+    FILE *file = fopen("tests/fuzz/preset.dict", "r");
+    if (!file)
+        skip();
+    size_t got = fread(kept, 1, bytes + 1, file);
+    assert_int_equal(fclose(file), 0);
+    if (got != bytes || memcmp(kept, now, bytes) != 0)
+        fail_msg(
+            "tests/fuzz/preset.dict is old; make it with: config_preset_test --dictionary >tests/fuzz/preset.dict");
+    free(kept);
+    free(now);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1 && strcmp(argv[1], "--dictionary") == 0) {
+        vit_preset_dictionary_print(stdout);
+        return 0;
+    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_refusals),       cmocka_unit_test(test_defaults),
         cmocka_unit_test(test_accepted),       cmocka_unit_test(test_many_points),
@@ -502,7 +529,7 @@ int main(void)
         cmocka_unit_test(test_bone_classic),   cmocka_unit_test(test_set_every_key),
         cmocka_unit_test(test_set_refusals),   cmocka_unit_test(test_set_sections_and_quantity),
         cmocka_unit_test(test_lookup),         cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_printed_tables),
+        cmocka_unit_test(test_printed_tables), cmocka_unit_test(test_dictionary_is_current),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
