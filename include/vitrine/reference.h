@@ -31,7 +31,7 @@ struct vit_reference;
 struct vit_reference *vit_reference_create(const struct vit_volume *volume, const struct vit_plan *plan,
                                            const struct vit_reference_params *params, const struct vit_log *log);
 /* Premultiplied RGBA, without background, of the ray of vit_camera_ray(column, row). Composite: |error| <= tolerance
- * for colours up to 1 (tests/unit/reference_analytic_test.c). MIP, MinIP and mean reduce HU along the ray inside the
+ * for colours up to 1 (tests/unit/reference_robust_test.c). MIP, MinIP and mean reduce HU along the ray inside the
  * box to one number (exact for the piecewise cubic; slabs: over the slabs' samples), then the transfer function is
  * applied once, as a homogeneous slab of unit_mm: α is the opacity as given, or 1-exp(-attenuation·unit_mm); luminance
  * is colour·α. A ray that misses the box, or only touches it, is all 0. */

@@ -13,21 +13,21 @@ static bool slab_part(const struct ref_walk *walk, int index, double *from, doub
     return *from < *to;
 }
 
-static void add_slab(struct ref_light *light, const struct ref_walk *walk, double from, double to)
-{
-    const struct vit_reference *r = walk->reference;
-    double front = ref_walk_hu(walk, from), back = ref_walk_hu(walk, to);
-    struct ref_cubic cubic = {{front, back - front, 0, 0}};
-    if (!ref_pieces_are_empty(&r->pieces, fmin(front, back), fmax(front, back)))
-        ref_light_add(light, &r->quadrature, &r->pieces, &cubic, (to - from) * walk->mm,
-                      (to - from) / (walk->end - walk->at));
-}
-
 static void add_rgba(struct ref_light *light, const double rgba[4])
 {
     for (int c = 0; c < 3; c++)
         light->color[c] += light->transmittance * rgba[c];
     light->transmittance *= 1 - rgba[3];
+}
+
+static void add_slab(struct ref_light *light, const struct ref_walk *walk, double from, double to)
+{
+    const struct vit_reference *r = walk->reference;
+    double front = ref_walk_hu(walk, from), back = ref_walk_hu(walk, to), rgba[4];
+    if (ref_pieces_are_empty(&r->pieces, fmin(front, back), fmax(front, back)))
+        return;
+    vit_slab_integrate(r->plan->transfer, front, back, (to - from) * walk->mm, rgba);
+    add_rgba(light, rgba);
 }
 
 static void add_post(struct ref_light *light, const struct ref_walk *walk, double from, double to)

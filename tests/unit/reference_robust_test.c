@@ -296,6 +296,31 @@ static void test_opaque(void **state)
     assert_true(fabs(rgba[3] + expm1(-2.5e-4)) < 1e-10);
 }
 
+/* The closed forms of optics (behind ideal slabs and the renderers' tables) against the quadrature here. */
+static void test_slab_integrate(void **state)
+{
+    (void)state;
+    double worst = 0;
+    for (int variant = 0; variant < 4; variant++) {
+        struct vit_transfer t = hard;
+        t.quantity = variant & 1 ? VIT_QUANTITY_ATTENUATION : VIT_QUANTITY_OPACITY;
+        t.emission = variant & 2 ? VIT_EMISSION_GLOW : VIT_EMISSION_LUMINANCE;
+        double here = 0;
+        for (size_t i = 0; i < 2000; i++) {
+            double front = noise_raw(i, 1, 2),
+                   back = i % 7 == 0 ? front + noise_raw(i, 3, 3) * 1e-6 : noise_raw(i, 3, 4);
+            double mm = exp(noise_raw(i, 5, 6) / 200.0), got[4], want[4];
+            vit_slab_integrate(&t, front, back, mm, got);
+            run_medium(&t, front, back, mm, want);
+            for (int c = 0; c < 4; c++)
+                here = fmax(here, fabs(got[c] - want[c]) / fmax(1, want[c]));
+        }
+        print_message("# vit_slab_integrate, variant %d: %.1e from the quadrature\n", variant, here);
+        worst = fmax(worst, here);
+    }
+    assert_true(worst < 1e-9);
+}
+
 /* ---- cubics
  * ------------------------------------------------------------------------------------------------------------- */
 
@@ -396,9 +421,9 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_richardson),  cmocka_unit_test(test_threads),  cmocka_unit_test(test_empty_bricks),
-        cmocka_unit_test(test_grazing),     cmocka_unit_test(test_stiff),    cmocka_unit_test(test_opaque),
-        cmocka_unit_test(test_cubic_roots), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_richardson),     cmocka_unit_test(test_threads),     cmocka_unit_test(test_empty_bricks),
+        cmocka_unit_test(test_grazing),        cmocka_unit_test(test_stiff),       cmocka_unit_test(test_opaque),
+        cmocka_unit_test(test_slab_integrate), cmocka_unit_test(test_cubic_roots), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
