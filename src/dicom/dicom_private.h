@@ -97,6 +97,8 @@ bool library_heard_damage();
 bool walk(const char *const *paths, size_t count, std::vector<std::string> &files, std::vector<std::string> &rejected,
           const vit_log *log);
 bool is_folder(const char *path);
+/* Two letters that PS3.5 6.2 knows. */
+bool is_vr(const unsigned char *two);
 enum class Probe { dicom, other, unreadable };
 Probe probe_file(const char *path);
 
@@ -108,6 +110,9 @@ struct Inflated {
     std::string path() const;
 };
 bool inflate_file(const std::string &path, Inflated &out);
+
+/* nesting.cc: false if sequences are nested too deep for a recursive parser. */
+bool is_shallow(int fd, uint64_t file_bytes);
 
 /* header.cc: reads one header. False: `slice` is not an image for us, `reason` says why. */
 bool header_read(const std::string &path, Slice &slice, std::string &reason);

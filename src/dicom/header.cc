@@ -359,7 +359,10 @@ bool header_read(const std::string &path, Slice &slice, std::string &reason)
     slice.file_bytes = uint64_t(status.st_size);
     bool ok = false;
     try {
-        ok = parse(from, fd, slice, reason);
+        if (!is_shallow(fd, slice.file_bytes))
+            reason = "damaged DICOM header: sequences nested beyond reason";
+        else
+            ok = parse(from, fd, slice, reason);
     } catch (...) {
         reason = "damaged DICOM header";
     }

@@ -107,7 +107,9 @@ bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_
         return false;
     }
     const std::string from = slice.deflated ? inflated.path() : slice.path;
-    OFCondition status = file.loadFile(OFFilename(from.c_str()));
+    /* Not beyond the pixel data: nobody has looked at what follows. */
+    OFCondition status = file.loadFileUntilTag(OFFilename(from.c_str()), EXS_Unknown, EGL_noChange, DCM_MaxReadLength,
+                                               ERM_autoDetect, DcmTagKey(0x7fe0, 0x0011));
     DcmDataset &data = *file.getDataset();
     library_heard_damage();
     if (status.good())

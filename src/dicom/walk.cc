@@ -102,8 +102,6 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
     return true;
 }
 
-namespace {
-
 bool is_vr(const unsigned char *two)
 {
     static const char known[] = "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI "
@@ -113,6 +111,8 @@ bool is_vr(const unsigned char *two)
             return true;
     return false;
 }
+
+namespace {
 
 /* Group 0002 or 0008 first, with a VR or a small length: a file without preamble, either endian (PS3.10 requires the
  * preamble; many writers did not know). */

@@ -531,6 +531,45 @@ static void loops_fifos_and_links_do_no_harm(void **state)
     vit_dicom_scan_destroy(&scan);
 }
 
+/* 20 000 sequences inside each other, in `kind` 0: explicit VR, 1: implicit, 2: behind a VR nobody knows. */
+static void write_nested(const char *path, int kind)
+{
+    static const uint8_t preamble[128];
+    static const char explicit_sq[12] = "\x08\0\x40\x11SQ\0\0\xff\xff\xff\xff";
+    static const char implicit_sq[8] = "\x08\0\x40\x11\xff\xff\xff\xff", item[8] = "\xfe\xff\0\xe0\xff\xff\xff\xff";
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fwrite(preamble, 1, sizeof preamble, file);
+    fwrite("DICM", 1, 4, file);
+    test_put_text(file, 2, 0x0010, "UI", kind == 1 ? "1.2.840.10008.1.2" : "1.2.840.10008.1.2.1");
+    if (kind == 2)
+        test_put_text(file, 8, 0x0005, "QQ", "text");
+    for (int i = 0; i < 20000; i++) {
+        if (kind == 1)
+            fwrite(implicit_sq, 1, sizeof implicit_sq, file);
+        else
+            fwrite(explicit_sq, 1, sizeof explicit_sq, file);
+        fwrite(item, 1, sizeof item, file);
+    }
+    fclose(file);
+}
+
+static void nested_beyond_reason(void **state)
+{
+    (void)state;
+    struct test_log log;
+    char path[256];
+    snprintf(path, sizeof path, "%s/nested", folder);
+    for (int kind = 0; kind < 3; kind++) {
+        write_nested(path, kind);
+        struct vit_dicom_scan *scan = test_scan(path, test_log_init(&log));
+        assert_non_null(scan);
+        assert_int_equal(vit_dicom_scan_stack_count(scan), 0);
+        assert_non_null(strstr(vit_dicom_scan_rejected(scan, 0), "nested beyond reason"));
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
 static bool stop_at_once(void *user, const char *task, uint64_t done, uint64_t total)
 {
     (void)user, (void)task, (void)done, (void)total;
@@ -598,6 +637,7 @@ int main(void)
         TEST(rescale_per_slice),
         TEST(odd_paths),
         TEST(loops_fifos_and_links_do_no_harm),
+        TEST(nested_beyond_reason),
         TEST(cancelling),
         TEST(every_acquisition_can_fail),
     };
