@@ -150,12 +150,12 @@ static void truncated_encodings_are_refused(void **state)
         "RLELosslessTransferSyntax_1.2.840.10008.1.2.5",
         "BigEndianExplicitTransferSyntax_1.2.840.10008.1.2.2",
     };
-    char folder[64], file[128];
+    char folder[64], file[128], name[256];
     test_folder_make(folder);
     snprintf(file, sizeof file, "%s/cut", folder);
     for (size_t i = 0; i < 3 * VIT_ARRAY_LENGTH(names); i++) {
-        snprintf(log.text, sizeof log.text, ENCODINGS "CTImage.dcm_%s.dcm", names[i / 3]);
-        assert_non_null(test_data(log.text, path, sizeof path));
+        snprintf(name, sizeof name, ENCODINGS "CTImage.dcm_%s.dcm", names[i / 3]);
+        assert_non_null(test_data(name, path, sizeof path));
         FILE *from = fopen(path, "rb"), *to = fopen(file, "wb");
         assert_non_null(from);
         assert_non_null(to);
