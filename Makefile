@@ -212,7 +212,7 @@ SCRIPTS := .ci/run $(sort $(wildcard packaging/*.sh tests/*.sh tests/*/*.sh test
 TIDY_STAMPS := $(patsubst %,$(BUILD)/lint/%.tidy,$(LINT_SRC))
 .PHONY: lint-stamps
 lint-stamps: $(TIDY_STAMPS) $(BUILD)/lint/cppcheck
-$(BUILD)/lint/%.tidy: % .clang-tidy $(HEADERS) $(TEST_HEADERS) | $(GEN_SRC)
+$(BUILD)/lint/%.tidy: % .clang-tidy tests/.clang-tidy $(HEADERS) $(TEST_HEADERS) | $(GEN_SRC)
 	@mkdir -p $(@D)
 	$(call say,TIDY,$<)
 	$(Q)clang-tidy --quiet $< -- $(if $(filter %.cc,$<),-std=c++17,-std=c11) $(VIT_CPPFLAGS) $(VIT_WARN) -fopenmp \
