@@ -100,7 +100,8 @@ line ~ /^[ \t]*#[ \t]*include/ {
     quote = substr(name, 1, 1)
     name = substr(name, 2)
     sub(/[">].*/, "", name)
-    if (quote == "\"") {
+    # A library's header may be asked for in quotes too, as DCMTK's own do.
+    if (quote == "\"" && name !~ /^(dcmtk|GLES[23]?|EGL|KHR|cairo|cglm|libdrm|xkbcommon)\//) {
         if (name ~ /^vitrine\//) {
             other = name
             sub(/^vitrine\//, "", other)
