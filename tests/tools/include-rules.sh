@@ -110,7 +110,7 @@ line ~ /^[ \t]*#[ \t]*include/ {
                 found("modules", "`" module "' may not include `" other "' (allowed: " (allow[module] == "" ? "nothing" : allow[module]) ")")
         } else if (public) {
             found("private", "a public header includes \"" name "\"")
-        } else if (name ~ /\// ) {
+        } else if (name !~ /^\.\.\/\.\.\/shaders\/.*\.glsl$/ && name ~ /\//) { # C may share a formula with GLSL
             found("private", "\"" name "\": private headers stay in their folder; the public one is \"vitrine/NAME.h\"")
         }
         next
