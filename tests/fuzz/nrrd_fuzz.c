@@ -1,5 +1,5 @@
 /* nrrd_fuzz: any bytes as a NRRD file, header and samples. Nothing may crash, leak, or take memory that the bytes
- * cannot justify. Seeds: tests/fuzz/nrrd. */
+ * cannot justify. Seeds: tests/fuzz/seeds/nrrd. */
 #include "nrrd/nrrd_private.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count);

@@ -10,7 +10,7 @@ for target in "$FUZZ_DIR"/*_fuzz; do
     seeds=tests/fuzz/seeds/$name
     corpus=build/fuzz/corpus/$name
     mkdir -p "$corpus"
-    [ -d "$seeds" ] || mkdir -p "$tap_dir/none" && [ -d "$seeds" ] || seeds=$tap_dir/none
+    if [ ! -d "$seeds" ]; then seeds=$tap_dir/none && mkdir -p "$seeds"; fi
     dictionary=tests/fuzz/$name.dict
     set -- "$target" -artifact_prefix=build/fuzz/ -rss_limit_mb=1024 -timeout=10
     count=$(find -L "$seeds" -type f | wc -l)
