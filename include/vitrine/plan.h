@@ -75,6 +75,7 @@ struct vit_plan {
     enum vit_path path;
     char path_why[160];
     enum vit_texel texel;
+    bool texel_dither; /* classified 8-bit texels: rounding is spread over the voxels */
     /* the look-up table, where there is one (axis.entries > 0): slabs of thickness table_mm, over HU (one row) or
      * pairs of HU (as many rows as entries), float or half-float texels */
     struct vit_hu_axis axis;

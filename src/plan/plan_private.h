@@ -5,8 +5,10 @@
 #include "vitrine/plan.h"
 
 #define VIT_RULE_EMPTY_BORDER "empty-border"
+#define VIT_RULE_DITHER       "dither"
 /* Slabs composited in the shader before one blend; `make bench` (passes) shows frame times for 1 to 32. */
-#define VIT_PLAN_SLABS_PER_PASS 8
+#define VIT_PLAN_SLABS_PER_PASS      8
+#define VIT_PLAN_SLABS_PER_PASS_8BIT 64 /* every blend rounds */
 /* Entries a side of the pre-integrated table, and of the table of homogeneous slabs. */
 #define VIT_PLAN_SLAB_ENTRIES 512
 #define VIT_PLAN_POST_ENTRIES 2048

@@ -26,6 +26,7 @@ static uint64_t hash_texels(const struct vit_plan *plan)
     if (formats[plan->texel].channels == 1)
         return hash;
     hash = vit_hash_transfer(hash, plan->transfer);
+    hash = vit_hash_bytes(hash, &plan->texel_dither, sizeof plan->texel_dither);
     return vit_hash_bytes(hash, &plan->slab_mm, sizeof plan->slab_mm);
 }
 
@@ -58,66 +59,100 @@ static void scalar_scale(const struct format *format, const struct vit_volume_st
     }
 }
 
-/* One texel for every raw value that occurs; NULL when out of memory. */
-static unsigned char *make_lookup(const struct format *format, struct vit_texture3d *texture,
-                                  const struct vit_volume *volume, const struct vit_plan *plan)
+/* One texel for every raw value that occurs. */
+struct lookup {
+    const struct format *format;
+    bool dither;  /* entries are four 16-bit numbers, 1/256 of a stored unit */
+    int raw_min;  /* of entry 0 */
+    size_t bytes; /* of an entry */
+    unsigned char *entries;
+};
+
+static bool make_lookup(struct lookup *lookup, struct vit_texture3d *texture, const struct vit_volume *volume,
+                        const struct vit_plan *plan)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
-    int entries = stats->raw_max - stats->raw_min + 1;
+    const struct format *format = &formats[plan->texel];
+    int count = stats->raw_max - stats->raw_min + 1;
     double origin, step;
-    unsigned char *lookup = vit_alloc((size_t)entries, format->bytes);
-    if (!lookup)
-        return NULL;
+    *lookup = (struct lookup){format, plan->texel_dither, stats->raw_min, plan->texel_dither ? 8 : format->bytes, NULL};
+    lookup->entries = vit_alloc((size_t)count, lookup->bytes);
+    if (!lookup->entries)
+        return false;
     scalar_scale(format, stats, &origin, &step);
     texture->hu_origin = info->slope * origin + info->intercept;
     texture->hu_per_value = info->slope / step;
 #pragma omp parallel for schedule(static)
-    for (int i = 0; i < entries; i++) {
+    for (int i = 0; i < count; i++) {
         double value[4];
         int raw = i + stats->raw_min;
+        unsigned char *entry = lookup->entries + (size_t)i * lookup->bytes;
         if (format->channels == 4)
             vit_transfer_slab(plan->transfer, info->slope * raw + info->intercept, plan->slab_mm, value);
         else
             value[0] = (raw - origin) * step;
-        store_texel(format, value, lookup + (size_t)i * format->bytes);
+        if (!lookup->dither)
+            store_texel(format, value, entry);
+        for (int c = 0; c < 4 && lookup->dither; c++)
+            ((uint16_t *)(void *)entry)[c] = (uint16_t)lround(fmin(1, fmax(0, value[c])) * 255 * 256);
     }
-    return lookup;
+    return true;
 }
 
-/* Texels of one row of samples. The sizes are constants so that the copies are single moves. */
-static void classify_row(size_t bytes, enum vit_sample sample, const void *row, size_t count, int raw_min,
-                         const unsigned char *lookup, unsigned char *out)
+static size_t entry_of(const struct lookup *lookup, enum vit_sample sample, const void *row, size_t i)
+{
+    int raw = sample == VIT_SAMPLE_I16 ? ((const int16_t *)row)[i] : ((const uint16_t *)row)[i];
+    return (size_t)(raw - lookup->raw_min);
+}
+
+/* A hash of the place says where a texel rounds; the same for all channels, so that colour stays below opacity. */
+static void dither_row(const struct lookup *lookup, enum vit_sample sample, const void *row, size_t count,
+                       uint32_t place, unsigned char *out)
 {
     for (size_t i = 0; i < count; i++) {
-        int raw = sample == VIT_SAMPLE_I16 ? ((const int16_t *)row)[i] : ((const uint16_t *)row)[i];
-        size_t entry = (size_t)(raw - raw_min);
-        switch (bytes) {
+        uint16_t fine[4];
+        memcpy(fine, lookup->entries + entry_of(lookup, sample, row, i) * sizeof fine, sizeof fine);
+        uint32_t hash = (place + (uint32_t)i) * 0x9e3779b1u;
+        hash = (hash ^ hash >> 15) * 0x85ebca77u;
+        for (size_t c = 0; c < 4; c++)
+            out[i * 4 + c] = (unsigned char)((fine[c] + (hash >> 24)) >> 8);
+    }
+}
+
+/* The sizes are constants so that the copies are single moves. */
+static void classify_row(const struct lookup *lookup, enum vit_sample sample, const void *row, size_t count,
+                         unsigned char *out)
+{
+    const unsigned char *entries = lookup->entries;
+    for (size_t i = 0; i < count; i++) {
+        size_t entry = entry_of(lookup, sample, row, i);
+        switch (lookup->bytes) {
         case 1:
-            out[i] = lookup[entry];
+            out[i] = entries[entry];
             break;
         case 2:
-            memcpy(out + i * 2, lookup + entry * 2, 2);
+            memcpy(out + i * 2, entries + entry * 2, 2);
             break;
         case 4:
-            memcpy(out + i * 4, lookup + entry * 4, 4);
+            memcpy(out + i * 4, entries + entry * 4, 4);
             break;
         case 8:
-            memcpy(out + i * 8, lookup + entry * 8, 8);
+            memcpy(out + i * 8, entries + entry * 8, 8);
             break;
         default:
-            memcpy(out + i * 16, lookup + entry * 16, 16);
+            memcpy(out + i * 16, entries + entry * 16, 16);
         }
     }
 }
 
-static bool upload(struct vit_gl *gl, const struct format *format, const struct vit_volume *volume,
-                   const unsigned char *lookup, const struct vit_progress *progress)
+static bool upload(struct vit_gl *gl, const struct lookup *lookup, const struct vit_volume *volume,
+                   const struct vit_progress *progress)
 {
     enum { STAGING = 8 << 20 };
+    const struct format *format = lookup->format;
     const struct vit_volume_info *info = vit_volume_get_info(volume);
     const unsigned char *samples = vit_volume_samples(volume);
-    int raw_min = vit_volume_get_stats(volume)->raw_min;
     size_t slice = info->n[0] * info->n[1];
     size_t batch = STAGING / (slice * format->bytes);
     batch = batch < 1 ? 1 : batch > info->n[2] ? info->n[2] : batch;
@@ -133,9 +168,12 @@ static bool upload(struct vit_gl *gl, const struct format *format, const struct 
         ptrdiff_t rows = (ptrdiff_t)(count * info->n[1]);
 #pragma omp parallel for schedule(static)
         for (ptrdiff_t row = 0; row < rows; row++) {
-            size_t at = (size_t)row * info->n[0];
-            classify_row(format->bytes, info->sample, samples + (first * slice + at) * 2, info->n[0], raw_min, lookup,
-                         staging + at * format->bytes);
+            size_t at = (size_t)row * info->n[0], place = first * slice + at;
+            unsigned char *out = staging + at * format->bytes;
+            if (lookup->dither)
+                dither_row(lookup, info->sample, samples + place * 2, info->n[0], (uint32_t)place, out);
+            else
+                classify_row(lookup, info->sample, samples + place * 2, info->n[0], out);
         }
         glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, (GLint)first, (GLsizei)info->n[0], (GLsizei)info->n[1], (GLsizei)count,
                         format->layout, format->type, staging);
@@ -191,12 +229,12 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     uint64_t hash = hash_texels(plan);
     if (texture->made_from == hash)
         return true;
-    const struct format *format = &formats[plan->texel];
-    unsigned char *lookup = make_lookup(format, texture, volume, plan);
-    if (!lookup)
+    struct lookup lookup;
+    bool made = make_lookup(&lookup, texture, volume, plan);
+    if (!made)
         vit_error(vit_gl_log(gl), "out of memory for the texel table");
-    bool good = lookup && upload(gl, format, volume, lookup, progress) && vit_gl_check(gl, "texture upload");
-    vit_free(lookup);
+    bool good = made && upload(gl, &lookup, volume, progress) && vit_gl_check(gl, "texture upload");
+    vit_free(lookup.entries);
     texture->made_from = good ? hash : 0;
     return good;
 }
