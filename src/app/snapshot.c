@@ -106,6 +106,10 @@ static enum vit_exit draw_and_write(struct app_scene *scene, struct app *app, ui
     if (!app_drawer_open(&drawer, scene) || !app_drawer_draw(&drawer, scene, app) || !app_drawer_read(&drawer, &frame))
         goto fail;
     status = VIT_EXIT_FAILED;
+    if (app_interrupted()) { /* while GL was drawing, which cannot be stopped */
+        vit_error(&app->log, "snapshot: cancelled");
+        goto fail;
+    }
     if (!write_picture(scene, app, &frame))
         goto fail;
     double total_ms = app_ms_since(start);
