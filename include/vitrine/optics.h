@@ -88,6 +88,7 @@ double vit_psi(double back, double front);
 float vit_zeta_float(float a, float b);
 float vit_psi_float(float a, float b);
 /* The same over arrays, vectorised; the arrays do not overlap. */
+void vit_zeta_array(size_t count, const float *a, const float *b, float *zeta);
 void vit_zeta_psi_array(size_t count, const float *a, const float *b, float *zeta, float *psi);
 
 /* Linear opacity [0, 1] per unit, length in units [0, inf]: |error| <= 1e-6, tests/unit/optics_methods_test.c. */

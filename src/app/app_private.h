@@ -127,6 +127,7 @@ enum vit_exit app_plan(struct app *app);
 enum vit_exit app_info(struct app *app);
 enum vit_exit app_compare(struct app *app);
 enum vit_exit app_phantom(struct app *app);
+enum vit_exit app_report(struct app *app);
 enum vit_exit app_convert(struct app *app);
 enum vit_exit app_presets(struct app *app);
 enum vit_exit app_caps(struct app *app);

@@ -11,17 +11,10 @@ static enum vit_exit not_built_show(struct app *app)
     return VIT_EXIT_FAILED;
 }
 
-static enum vit_exit not_built_report(struct app *app)
-{
-    vit_error(&app->log,
-              "report: this build has no reports; `vitrine bench` measures time, `vitrine compare` differences");
-    return VIT_EXIT_FAILED;
-}
-
 /* Row i belongs to enum vit_command i. */
 static enum vit_exit (*const commands[VIT_COMMAND_COUNT])(struct app *app) = {
     [VIT_COMMAND_SHOW] = not_built_show, [VIT_COMMAND_SNAPSHOT] = app_snapshot, [VIT_COMMAND_BENCH] = app_bench,
-    [VIT_COMMAND_PLAN] = app_plan,       [VIT_COMMAND_INFO] = app_info,         [VIT_COMMAND_REPORT] = not_built_report,
+    [VIT_COMMAND_PLAN] = app_plan,       [VIT_COMMAND_INFO] = app_info,         [VIT_COMMAND_REPORT] = app_report,
     [VIT_COMMAND_COMPARE] = app_compare, [VIT_COMMAND_PHANTOM] = app_phantom,   [VIT_COMMAND_CONVERT] = app_convert,
     [VIT_COMMAND_PRESETS] = app_presets, [VIT_COMMAND_CAPS] = app_caps,
 };

@@ -88,6 +88,15 @@ static void psi_block(size_t count, const float *a, const float *b, float *zeta,
     }
 }
 
+void vit_zeta_array(size_t count, const float *a, const float *b, float *zeta)
+{
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float e = vit_psi_half(vit_psi_clamp(a[i]), vit_psi_clamp(b[i]));
+        zeta[i] = e * e;
+    }
+}
+
 void vit_zeta_psi_array(size_t count, const float *a, const float *b, float *zeta, float *psi)
 {
     for (size_t i = 0; i < count; i += BLOCK)

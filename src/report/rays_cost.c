@@ -1,0 +1,181 @@
+/* What the optics cost where a renderer uses them: vectorised segments beside averaging (M04 6.1.2), pre-integration
+ * tables. */
+#include "report_private.h"
+
+#include <math.h>
+
+#include "vitrine/optics.h"
+
+#if defined(__clang__) /* sanitizers keep its loops scalar: no fault */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#endif
+
+/* ---- time of vectorised segments, M04 6.1.2 ------------------------------------------------------------------- */
+
+#define BATCH 4096
+#define BLOCK 64
+struct batch {
+    float a[BATCH], b[BATCH], units[BATCH], back[3][BATCH], front[3][BATCH], out[4][BATCH];
+    void (*integrate)(size_t count, const float *a, const float *b, const float *units, float *zeta, float *psi);
+};
+
+static void batch_fill(struct batch *batch, double depth)
+{
+    uint32_t state = 1;
+    float *const arrays[] = {batch->a,       batch->b,        batch->back[0],  batch->back[1],
+                             batch->back[2], batch->front[0], batch->front[1], batch->front[2]};
+    for (size_t k = 0; k < VIT_ARRAY_LENGTH(arrays); k++) {
+        for (int i = 0; i < BATCH; i++) {
+            state = state * 1664525u + 1013904223u;
+            arrays[k][i] = (float)((double)(state >> 8) / 0x1p24 * (k < 2 ? depth : 1));
+        }
+    }
+    for (int i = 0; i < BATCH; i++)
+        batch->units[i] = 1;
+}
+
+static void batch_average(void *user)
+{
+    struct batch *batch = user;
+    for (int start = 0; start < BATCH; start += BLOCK) {
+        float zeta[BLOCK];
+        vit_zeta_array(BLOCK, batch->a + start, batch->b + start, zeta);
+        for (int c = 0; c < 3; c++) {
+            const float *back = batch->back[c] + start, *front = batch->front[c] + start;
+            float *out = batch->out[c] + start;
+#pragma omp simd
+            for (int i = 0; i < BLOCK; i++)
+                out[i] = 0.5f * (back[i] + front[i]) * (1 - zeta[i]);
+        }
+        float *out = batch->out[3] + start;
+#pragma omp simd
+        for (int i = 0; i < BLOCK; i++)
+            out[i] = 1 - zeta[i];
+    }
+}
+
+static void batch_exact(void *user)
+{
+    struct batch *batch = user;
+    for (int start = 0; start < BATCH; start += BLOCK) {
+        float zeta[BLOCK], psi[BLOCK];
+        batch->integrate(BLOCK, batch->a + start, batch->b + start, batch->units + start, zeta, psi);
+        for (int c = 0; c < 3; c++) {
+            const float *back = batch->back[c] + start, *front = batch->front[c] + start;
+            float *out = batch->out[c] + start;
+#pragma omp simd
+            for (int i = 0; i < BLOCK; i++)
+                out[i] = back[i] * (psi[i] - zeta[i]) + front[i] * (1 - psi[i]);
+        }
+        float *out = batch->out[3] + start;
+#pragma omp simd
+        for (int i = 0; i < BLOCK; i++)
+            out[i] = 1 - zeta[i];
+    }
+}
+
+static void integrate_attenuation(size_t count, const float *a, const float *b, const float *units, float *zeta,
+                                  float *psi)
+{
+    (void)units;
+    vit_zeta_psi_array(count, a, b, zeta, psi);
+}
+
+void report_rays_vectors(struct report *report)
+{
+    static const struct {
+        double depth;
+        const char *name;
+    } cases[] = {{1, "vector depth to 1"}, {4, "vector depth to 4"}, {40, "vector depth to 40"}};
+    struct batch *batch = vit_alloc_zero(1, sizeof *batch);
+    if (!batch) {
+        vit_error(report->log, "out of memory for a batch of segments");
+        report->failed = true;
+        return;
+    }
+    for (size_t d = 0; d < VIT_ARRAY_LENGTH(cases); d++) {
+        batch_fill(batch, cases[d].depth);
+        struct report_row *row = report_add(report, cases[d].name, "average");
+        report_time(row, 101, batch_average, batch);
+        row->fragments = BATCH;
+        row = report_add(report, cases[d].name, "exact-attenuation");
+        batch->integrate = integrate_attenuation;
+        report_time(row, 101, batch_exact, batch);
+        row->fragments = BATCH;
+        if (cases[d].depth > 1) /* opacities end at 1 */
+            continue;
+        row = report_add(report, cases[d].name, "exact-opacity");
+        batch->integrate = vit_zeta_psi_opacity_array;
+        report_time(row, 101, batch_exact, batch);
+        row->fragments = BATCH;
+    }
+    vit_free(batch);
+}
+
+/* ---- tables ----------------------------------------------------------------------------------------------------- */
+
+static struct vit_transfer_point bone[] = {{-1024, {0.0, 0.0, 0.0}, 0.0},
+                                           {150, {0.8, 0.5, 0.3}, 0.0},
+                                           {300, {1.0, 0.95, 0.9}, 0.7},
+                                           {3071, {1.0, 1.0, 1.0}, 0.8}};
+
+struct build {
+    const struct vit_transfer *transfer;
+    struct vit_hu_axis axis;
+    float *rgba;
+};
+
+static void build_table(void *user)
+{
+    struct build *build = user;
+    vit_preintegrated_build(build->transfer, &build->axis, 0.5, build->rgba);
+}
+
+/* Linear between four entries, as the sampler does it. */
+static void build_look_up(const struct build *build, double hu_front, double hu_back, double rgba[4])
+{
+    double x = vit_hu_axis_entry(&build->axis, hu_back), y = vit_hu_axis_entry(&build->axis, hu_front);
+    int last = build->axis.entries - 1, i = (int)fmin(floor(x), last - 1), j = (int)fmin(floor(y), last - 1);
+    x -= i, y -= j;
+    const float *row = build->rgba + ((size_t)j * (size_t)build->axis.entries + (size_t)i) * 4;
+    const float *next = row + (size_t)build->axis.entries * 4;
+    for (int c = 0; c < 4; c++)
+        rgba[c] = (1 - y) * ((1 - x) * (double)row[c] + x * (double)row[4 + c]) +
+                  y * ((1 - x) * (double)next[c] + x * (double)next[4 + c]);
+}
+
+static void build_errors(const struct build *build, struct report_errors *errors)
+{
+    for (int i = 0; i < 200 * 200; i++) {
+        double front = -1000 + 20.3 * (i % 200), back = -1000 + 20.3 * ((double)i / 200), wanted[4], got[4];
+        vit_slab_integrate(build->transfer, front, back, 0.5, wanted);
+        build_look_up(build, front, back, got);
+        for (int c = 0; c < 4; c++)
+            report_take(errors, got[c], wanted[c]);
+    }
+}
+
+void report_rays_preintegration(struct report *report)
+{
+    struct vit_transfer transfer = {VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1, VIT_ARRAY_LENGTH(bone), bone};
+    for (int size = 256; size <= 1024; size *= 2) {
+        size_t entries = (size_t)size * (size_t)size;
+        struct build build = {&transfer, vit_hu_axis_make(&transfer, -1024, 3071, size),
+                              vit_alloc(entries, 4 * sizeof(float))};
+        if (!build.rgba) {
+            vit_error(report->log, "out of memory for a table of %d x %d", size, size);
+            report->failed = true;
+            return;
+        }
+        char name[64];
+        snprintf(name, sizeof name, "pre-integration table %d", size);
+        struct report_row *row = report_add(report, name, "preintegrated");
+        struct report_errors errors = {0};
+        report_time(row, size < 1024 ? 3 : 1, build_table, &build);
+        build_errors(&build, &errors);
+        report_fill_errors(row, &errors);
+        row->setup_ms = row->ms_median;
+        row->bytes = (double)entries * 4 * sizeof(float);
+        vit_free(build.rgba);
+    }
+}
