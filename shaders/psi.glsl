@@ -71,14 +71,19 @@ VIT_PSI_FUNCTION float vit_psi_half(float a, float b)
 }
 
 #ifdef GL_ES
-/* x: zeta, y: Psi, for optical depths a (back) and b (front). */
+/* x: zeta, y: Psi, for optical depths a (back) and b (front). VIT_PSI_THIN: where the scene knows that (a+b)/2 stays
+ * below 4, the other half is left out. */
 vec2 vit_zeta_psi(float a, float b)
 {
     a = vit_psi_clamp(a);
     b = vit_psi_clamp(b);
     float s = 0.5 * (a + b), c = 0.5 * (a - b), e = vit_psi_half(a, b);
     float zeta = e * e;
+#ifdef VIT_PSI_THIN
+    float psi = e * vit_psi_thin(s * s, c);
+#else
     float psi = s <= 4.0 ? e * vit_psi_thin(s * s, c) : vit_psi_thick(a, b, c, e);
+#endif
     return vec2(zeta, clamp(psi, zeta, 1.0));
 }
 #endif

@@ -27,4 +27,24 @@ VIT_NODISCARD bool vit_renderer_read(struct vit_renderer *renderer, struct vit_f
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer);
 void vit_renderer_destroy(struct vit_renderer **renderer);
 
+/* Ray segments in the fragment shader, without a volume (ES 3, RGBA32F). The grid: side×side points, pixel i at depth ·
+ * i/(side - i) of both axes; abzp[(row·side + column)·4]: depth at the back, at the front, ζ, Ψ as shaders/psi.glsl has
+ * them. |error| <= 1e-6 on llvmpipe, tests/gl/psi_test.c. */
+VIT_NODISCARD bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *abzp);
+/* Time of a picture of 256×256 fragments of so many segments [1, 64] each, of depths up to `depth`: averaged
+ * (M04 3.16), exact for mean depths to 4, exact. */
+enum vit_segment_form {
+    VIT_SEGMENT_UNKNOWN = 0,
+    VIT_SEGMENT_AVERAGE,
+    VIT_SEGMENT_THIN,
+    VIT_SEGMENT_EXACT,
+    VIT_SEGMENT_COUNT
+};
+struct vit_segment_time {
+    double ms_median, ms_min, ms_max;
+    int segments;
+};
+VIT_NODISCARD bool vit_render_segment_time(struct vit_gl *gl, enum vit_segment_form form, int per_fragment,
+                                           double depth, struct vit_segment_time *out);
+
 #endif

@@ -56,14 +56,15 @@ static char *define_lines(const char *const *defines)
     return lines;
 }
 
-/* Mesa and most others begin a message with "STRING:LINE"; string 0 is the body (#line 1 0), 1 the prelude, 2 common.
+/* Mesa and most others begin a message with "STRING:LINE"; string 0 is the body (#line 1 0), 1 the prelude, 2 common,
+ * 3 psi.
  */
 static void print_info_log(const struct vit_gl *gl, const char *text, const char *name, bool failed)
 {
     while (*text) {
         size_t length = strcspn(text, "\n");
-        bool numbered = text[0] >= '0' && text[0] <= '2' && text[1] == ':';
-        const char *const files[] = {name, "prelude", "common.glsl"};
+        bool numbered = text[0] >= '0' && text[0] <= '3' && text[1] == ':';
+        const char *const files[] = {name, "prelude", "common.glsl", "psi.glsl"};
         const char *file = numbered ? files[text[0] - '0'] : name;
         const char *rest = numbered ? text + 2 : text;
         if (length > 0)
@@ -77,10 +78,12 @@ static void print_info_log(const struct vit_gl *gl, const char *text, const char
 
 static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const char *defines)
 {
-    struct source prelude = {0}, common = {.text = ""}, body = {0};
+    struct source prelude = {0}, common = {.text = ""}, psi = {.text = ""}, body = {0};
+    bool fragment = type == GL_FRAGMENT_SHADER;
     GLuint shader = 0;
     if (load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &prelude) &&
-        load(gl, name, &body) && (type == GL_VERTEX_SHADER || load(gl, "common.glsl", &common)))
+        load(gl, name, &body) && (!fragment || load(gl, "common.glsl", &common)) &&
+        (!fragment || !strstr(defines, "#define VIT_PSI\n") || load(gl, "psi.glsl", &psi)))
         shader = vit_fault() ? 0 : glCreateShader(type);
     if (shader) {
         const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
@@ -89,8 +92,9 @@ static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const ch
         GLint version_length = version_end ? (GLint)(version_end - prelude.text + 1) : 0;
         const char *texts[] = {
             prelude.text,    stage,       defines,         "#line 2 1\n", prelude.text + version_length,
-            "\n#line 1 2\n", common.text, "\n#line 1 0\n", body.text};
-        const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1, -1, -1};
+            "\n#line 1 2\n", common.text, "\n#line 1 3\n", psi.text,      "\n#line 1 0\n",
+            body.text};
+        const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
         glShaderSource(shader, VIT_ARRAY_LENGTH(texts), texts, lengths);
         glCompileShader(shader);
         GLint compiled = 0;
@@ -105,6 +109,7 @@ static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const ch
     }
     vit_free(prelude.owned);
     vit_free(common.owned);
+    vit_free(psi.owned);
     vit_free(body.owned);
     return shader;
 }

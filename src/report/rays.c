@@ -301,25 +301,32 @@ static double row_time(const struct report *report, const char *case_name, const
     return NAN;
 }
 
+#define INTRO                                                                                                          \
+    "<p>A ray segment between two points of linear luminance and linear attenuation (or opacity): what every method "  \
+    "makes of its light, on M04's grid (65×65, attenuation and luminance running against each other), against the "   \
+    "exact integral, and what it costs. Dots on the orange line have no other method below them in both.</p>\n"        \
+    "<p>The cost of exact-attenuation beside averaging, RGB and opacity together:</p>\n<table><tr><th "                \
+    "class=name>where"                                                                                                 \
+    "</th><th>averaging</th><th>exact</th><th>times</th></tr>\n"
+
+/* To be freed; NULL: out of memory. */
 static char *intro(const struct report *report)
 {
-    double even[3], exact[3];
-    const char *const cases[] = {"vector depth to 1", "vector depth to 4", "vector depth to 40"};
-    for (int i = 0; i < 3; i++) {
-        even[i] = row_time(report, cases[i], "average");
-        exact[i] = row_time(report, cases[i], "exact-attenuation");
+    static const char *const cases[] = {"vector depth to 1", "vector depth to 4", "vector depth to 40",
+                                        "shader 1 a fragment", "shader 4 a fragment"};
+    char *text = vit_strdup(INTRO);
+    for (size_t i = 0; text && i < VIT_ARRAY_LENGTH(cases); i++) {
+        double even = row_time(report, cases[i], "average"), exact = row_time(report, cases[i], "exact-attenuation");
+        if (isnan(even))
+            continue;
+        char *longer = vit_strprintf("%s<tr><td class=name>%s</td><td>%.3g ns</td><td>%.3g ns</td><td>%.2f</td></tr>\n",
+                                     text, cases[i], even, exact, exact / even);
+        vit_free(text);
+        text = longer;
     }
-    return vit_strprintf(
-        "<p>A ray segment between two points of linear luminance and linear attenuation (or opacity): what every "
-        "method makes of "
-        "its light, on M04's grid (65×65, attenuation and luminance both running against each other), against the "
-        "exact "
-        "integral, and what it costs. Dots on the orange line have no other method below them in both.</p>\n"
-        "<p>Vectorised, RGB and opacity, ours against averaging: %.2f and %.2f ns a segment (%.2f×) for depths to 1, "
-        "%.2f "
-        "and %.2f ns (%.2f×) to 4, %.2f and %.2f ns (%.2f×) to 40.</p>\n",
-        exact[0], even[0], exact[0] / even[0], exact[1], even[1], exact[1] / even[1], exact[2], even[2],
-        exact[2] / even[2]);
+    char *whole = text ? vit_strprintf("%s</table>\n", text) : NULL;
+    vit_free(text);
+    return whole;
 }
 
 static void write_all(struct report *report)
@@ -351,6 +358,7 @@ static bool rays_run(struct rays *rays)
         return false;
     }
     report_rays_vectors(rays->report);
+    report_rays_shader(rays->report);
     boundaries(rays);
     report_rays_preintegration(rays->report);
     psi_tables(rays);

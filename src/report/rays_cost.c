@@ -4,7 +4,9 @@
 
 #include <math.h>
 
+#include "vitrine/gl.h"
 #include "vitrine/optics.h"
+#include "vitrine/render.h"
 
 #if defined(__clang__) /* sanitizers keep its loops scalar: no fault */
 #pragma clang diagnostic ignored "-Wpass-failed"
@@ -178,4 +180,51 @@ void report_rays_preintegration(struct report *report)
         row->bytes = (double)entries * 4 * sizeof(float);
         vit_free(build.rgba);
     }
+}
+
+/* ---- the shader ------------------------------------------------------------------------------------------------- */
+
+static void shader_errors(struct vit_gl *gl, struct report *report, struct report_errors *errors)
+{
+    enum { SIDE = 256 };
+    float *abzp = vit_alloc((size_t)SIDE * SIDE, 4 * sizeof *abzp);
+    if (!abzp || !vit_render_segment_grid(gl, SIDE, 5, abzp))
+        report->failed = true;
+    for (size_t i = 0; !report->failed && i < (size_t)SIDE * SIDE; i++)
+        report_take(errors, (double)abzp[4 * i + 3], vit_psi((double)abzp[4 * i], (double)abzp[4 * i + 1]));
+    vit_free(abzp);
+}
+
+/* M04 table 6.4, on whatever GL there is; without one the rows are left out. */
+void report_rays_shader(struct report *report)
+{
+    static const char *const methods[VIT_SEGMENT_COUNT] = {[VIT_SEGMENT_AVERAGE] = "average",
+                                                           [VIT_SEGMENT_THIN] = "exact-attenuation to depth 4",
+                                                           [VIT_SEGMENT_EXACT] = "exact-attenuation"};
+    struct vit_gl *gl = vit_gl_create(3, NULL);
+    if (!gl) {
+        vit_warn(report->log, "report rays: no GL here, so the shader's rows are left out");
+        return;
+    }
+    for (int per_fragment = 1; per_fragment <= 4; per_fragment *= 4) {
+        for (int form = VIT_SEGMENT_AVERAGE; form < VIT_SEGMENT_COUNT; form++) {
+            char name[64];
+            struct vit_segment_time time;
+            if (!vit_render_segment_time(gl, (enum vit_segment_form)form, per_fragment, 2, &time)) {
+                vit_warn(report->log, "report rays: this GL cannot draw segments, so the shader's rows are left out");
+                vit_gl_destroy(&gl);
+                return;
+            }
+            snprintf(name, sizeof name, "shader %d a fragment", per_fragment);
+            struct report_row *row = report_add(report, name, methods[form]);
+            if (form == VIT_SEGMENT_EXACT) {
+                struct report_errors errors = {0};
+                shader_errors(gl, report, &errors);
+                report_fill_errors(row, &errors);
+            }
+            row->ms_median = time.ms_median, row->ms_min = time.ms_min, row->ms_max = time.ms_max;
+            row->fragments = time.segments;
+        }
+    }
+    vit_gl_destroy(&gl);
 }

@@ -93,6 +93,7 @@ void report_plot_write(struct report *report, const struct report_plot *plot);
 
 void report_rays_vectors(struct report *report);
 void report_rays_preintegration(struct report *report);
+void report_rays_shader(struct report *report);
 
 /* ---- page.c --------------------------------------------------------------------------------------------------- */
 
