@@ -105,8 +105,9 @@ bool inflate_file(const std::string &path, Inflated &out)
     if (bytes < 132 || size < 0 || memcmp(head + 128, "DICM", 4) != 0)
         return true;
     size_t offset = end_of_meta(head, size_t(bytes));
+    /* A header so damaged that we do not find what DCMTK may: not to be given to it (see above). */
     if (!offset)
-        return true;
+        return memmem(head, size_t(bytes), DEFLATED, sizeof DEFLATED - 1) == nullptr;
     out.fd = vit_fault() ? -1 : memfd_create("vitrine-inflated", MFD_CLOEXEC);
     /* zlib cannot expand more than 1032:1. */
     uint64_t most = std::min(MOST_BYTES, uint64_t(size) * 1032);
