@@ -73,7 +73,7 @@ double single_step(Stack &stack, const Slice &slice)
     return 1;
 }
 
-void warn_tilt(Stack &stack, vit_vec3 step)
+void warn_tilt(Stack &stack, const vit_vec3 &step)
 {
     const Slice &first = *stack.slices.front();
     double along = vit_vec3_dot(step, first.normal);

@@ -105,6 +105,7 @@ std::vector<Slices> partition(const Slices &ordered, size_t phase)
     for (const Slice *slice : ordered)
         table[slice->phase[phase]].push_back(slice);
     std::vector<Slices> parts;
+    parts.reserve(table.size());
     for (auto &entry : table)
         parts.push_back(std::move(entry.second));
     return parts;

@@ -25,7 +25,7 @@ class Walker {
     uint64_t size, position = 0;
     bool big = false, implicit = false;
     std::vector<Level> levels;
-    unsigned char block[4096];
+    unsigned char block[4096] = {0};
     uint64_t block_start = 0;
     size_t block_bytes = 0;
 

@@ -50,8 +50,9 @@ void list_folder(Walk &walk, const std::string &folder)
             names.push_back(entry->d_name);
     closedir(dir);
     std::sort(names.begin(), names.end());
+    const std::string prefix = folder.back() == '/' ? folder : folder + '/';
     for (const std::string &name : names) {
-        std::string path = folder + (folder.back() == '/' ? "" : "/") + name;
+        const std::string path = prefix + name;
         struct stat status;
         if (stat(path.c_str(), &status) == 0)
             take(walk, path, status);

@@ -217,7 +217,7 @@ static void two_passes_are_split_never_interleaved(void **state)
             assert_true(vit_dicom_scan_stack(scan, i)->readable);
             int16_t *samples = test_read(scan, i, &log.log);
             for (int k = 0; k < 4; k++)
-                assert_int_equal(samples[12 * k], 100 * (2 * k + (int)i));
+                assert_int_equal(samples[(size_t)12 * (size_t)k], 100 * (2 * k + (int)i));
             vit_free(samples);
         }
         vit_dicom_scan_destroy(&scan);
