@@ -302,17 +302,6 @@ static double do_exact_opacity(const struct vit_ray_segment *ray, const struct v
     return light(ray, (double)zeta, (double)psi);
 }
 
-void vit_zeta_psi_opacity_array(size_t count, const float *back, const float *front, const float *units, float *zeta,
-                                float *psi)
-{
-    for (size_t i = 0; i < count; i++) {
-        struct vit_moments m =
-            vit_moments_opacity((double)back[i], (double)front[i], (double)units[i], VIT_PRECISION_SINGLE);
-        zeta[i] = (float)m.zeta;
-        psi[i] = (float)m.psi;
-    }
-}
-
 double vit_ray_segment_exact(const struct vit_ray_segment *ray, enum vit_quantity quantity)
 {
     struct vit_segment segment = {quantity, ray->value_back, ray->value_front, 1, ray->length};

@@ -2,6 +2,8 @@
 #ifndef VITRINE_OPTICS_PRIVATE_H
 #define VITRINE_OPTICS_PRIVATE_H
 
+#include <string.h>
+
 #include "vitrine/optics.h"
 
 /* T(u) is what a segment lets through from u to the front, u in [0,1] from the front backwards.
@@ -15,5 +17,22 @@ struct vit_moments {
 enum vit_precision { VIT_PRECISION_DOUBLE, VIT_PRECISION_SINGLE };
 struct vit_moments vit_moments_linear(double back, double front, enum vit_precision precision);
 struct vit_moments vit_moments_opacity(double back, double front, double units, enum vit_precision precision);
+
+/* e^x for x in [-80, 0]; relative error below 1.2e-7 (tests/unit/optics_psi_test.c). Polynomial:
+ * tests/tools/psi_fit.py. */
+static inline float vit_exp_negative(float x)
+{
+    float shifted = x * 1.44269504f + 12582912.0f; /* 1.5·2^23: rounds to an integer in the low bits */
+    float n = shifted - 12582912.0f;
+    float r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+    float p = 8.368711412e-03f + r * 1.381461671e-03f;
+    p = 4.999999345e-01f + r * (1.666652068e-01f + r * (4.166838743e-02f + r * p));
+    int32_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (int32_t)((uint32_t)(bits + 127) << 23); /* the float's low bits hold n; the rest is shifted out */
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return (1.0f + (r + r * r * p)) * power;
+}
 
 #endif

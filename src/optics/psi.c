@@ -1,9 +1,8 @@
-/* zeta and Psi (M04 5.2) in single precision, one pair at a time and over arrays. The formulas are in shaders/psi.glsl;
- * here is what C lacks: exp in a form that vectorises. */
-#include "vitrine/optics.h"
+/* zeta and Psi (M04 5.2) in single precision, one pair at a time and over arrays. The formulas are in shaders/psi.glsl,
+ * which is GLSL too; here are the loops that vectorise. */
+#include "optics_private.h"
 
 #include <math.h>
-#include <string.h>
 
 #if defined(__clang__) /* sanitizers keep its loops scalar: no fault */
 #pragma clang diagnostic ignored "-Wpass-failed"
@@ -11,27 +10,10 @@
 
 #define VIT_PSI_FUNCTION  static inline __attribute__((always_inline))
 #define VIT_F(x)          x##f
-#define VIT_PSI_EXP(x)    exp_negative(x)
+#define VIT_PSI_EXP(x)    vit_exp_negative(x)
 #define VIT_PSI_SQRT(x)   sqrtf(x)
 #define VIT_PSI_MIN(x, y) ((x) < (y) ? (x) : (y))
 #define VIT_PSI_MAX(x, y) ((x) > (y) ? (x) : (y)) /* of NaN and 0: 0 */
-
-/* e^x for x in [-80, 0]; relative error below 1.2e-7 (tests/unit/optics_psi_test.c). Polynomial:
- * tests/tools/psi_fit.py. */
-static inline float exp_negative(float x)
-{
-    float shifted = x * 1.44269504f + 12582912.0f; /* 1.5·2^23: rounds to an integer in the low bits */
-    float n = shifted - 12582912.0f;
-    float r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
-    float p = 8.368711412e-03f + r * 1.381461671e-03f;
-    p = 4.999999345e-01f + r * (1.666652068e-01f + r * (4.166838743e-02f + r * p));
-    int32_t bits;
-    memcpy(&bits, &shifted, sizeof bits);
-    bits = (int32_t)((uint32_t)(bits + 127) << 23); /* the float's low bits hold n; the rest is shifted out */
-    float power;
-    memcpy(&power, &bits, sizeof power);
-    return (1.0f + (r + r * r * p)) * power;
-}
 
 #include "../../shaders/psi.glsl"
 

@@ -104,9 +104,13 @@ void report_rays_vectors(struct report *report)
         batch->integrate = integrate_attenuation;
         report_time(row, 101, batch_exact, batch);
         row->fragments = BATCH;
-        if (cases[d].depth > 1) /* opacities end at 1 */
-            continue;
-        row = report_add(report, cases[d].name, "exact-opacity");
+    }
+    static const double opacities[] = {0.5, 1};
+    for (size_t d = 0; d < VIT_ARRAY_LENGTH(opacities); d++) {
+        char name[64];
+        snprintf(name, sizeof name, "vector opacity to %g", opacities[d]);
+        batch_fill(batch, opacities[d]);
+        struct report_row *row = report_add(report, name, "exact-opacity");
         batch->integrate = vit_zeta_psi_opacity_array;
         report_time(row, 101, batch_exact, batch);
         row->fragments = BATCH;

@@ -140,11 +140,39 @@ static void test_opacity_single(void **state)
     assert_true(worst <= 1e-6);
 }
 
+/* Whole blocks, so that every rule is used alone and together with others; lengths that are no multiple of a block. */
+static void test_opacity_array(void **state)
+{
+    (void)state;
+    enum { ENDS = 97, COUNT = ENDS * ENDS };
+    static float back[COUNT], front[COUNT], units[COUNT], zeta[COUNT + 1], psi[COUNT + 1];
+    double worst = 0, at[3] = {0};
+    for (float length = 0.05f; length < 300; length *= 1.7f) {
+        for (int i = 0; i < COUNT; i++) {
+            back[i] = (float)(i % ENDS) / (ENDS - 1);
+            front[i] = (float)(i / ENDS) / (ENDS - 1);
+            units[i] = length * (float)(1 + i % 3) / 3;
+        }
+        zeta[COUNT] = psi[COUNT] = -1;
+        vit_zeta_psi_opacity_array(COUNT, back, front, units, zeta, psi);
+        assert_true(zeta[COUNT] == -1 && psi[COUNT] == -1);
+        for (int i = 0; i < COUNT; i++) {
+            struct vit_segment segment = {VIT_QUANTITY_OPACITY, (double)back[i], (double)front[i], 1, (double)units[i]};
+            struct vit_segment_weights w = vit_segment_integrate(&segment);
+            double error = fmax(fabs((double)zeta[i] - w.zeta), fabs((double)psi[i] - w.psi));
+            if (!(error <= worst))
+                worst = error, at[0] = segment.value_back, at[1] = segment.value_front, at[2] = segment.length_mm;
+        }
+    }
+    print_message("# the same over arrays: largest error %.3g at %g, %g, length %g\n", worst, at[0], at[1], at[2]);
+    assert_true(worst <= 1e-6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_figures),    cmocka_unit_test(test_ours),           cmocka_unit_test(test_extremes),
-        cmocka_unit_test(test_even_light), cmocka_unit_test(test_opacity_single),
+        cmocka_unit_test(test_even_light), cmocka_unit_test(test_opacity_single), cmocka_unit_test(test_opacity_array),
     };
     return cmocka_run_group_tests_name("optics_methods", tests, setup, teardown);
 }
