@@ -228,14 +228,14 @@ $(BUILD)/lint/cppcheck: $(LINT_SRC) $(LINT_HEADERS) tests/tools/cppcheck.supp
 .PHONY: asan clang fuzz fuzz-bins tests-bins
 tests-bins: $(BIN) $(UNIT_BIN) $(GL_BIN)
 ASAN_O := $(BUILD)/asan
-ASAN_RUN = TEST_LABEL=asan TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
-    $(patsubst $(O)/%,$(ASAN_O)/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN) TEST_LABEL= TEST_TIMEOUT=120 VITRINE=$(BIN)
+ASAN_RUN = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
+    $(patsubst $(O)/%,$(ASAN_O)/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=120 VITRINE=$(BIN)
 asan: asan-bins ## the whole suite under AddressSanitizer and UBSan
 	@tests/run.sh $(ASAN_RUN)
 clang: clang-bins ## everything built by the second compiler, and the unit tests run
 	@tests/run.sh $(CLANG_RUN)
 CLANG_O := $(BUILD)/clang/debug
-CLANG_RUN = TEST_LABEL=clang $(patsubst $(O)/%,$(CLANG_O)/%,$(UNIT_BIN)) TEST_LABEL=
+CLANG_RUN = TEST_LABEL=clang TEST_NOTES=0 $(patsubst $(O)/%,$(CLANG_O)/%,$(UNIT_BIN)) TEST_LABEL= TEST_NOTES=1
 .PHONY: asan-bins clang-bins fuzz-build
 asan-bins:
 	+@$(MAKE) CONFIG=asan WERROR=1 tests-bins

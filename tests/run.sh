@@ -2,8 +2,9 @@
 # run.sh [NAME=VALUE | PROGRAM]... - runs test programs that print TAP, one after another, and ends with
 # `N passed, N failed, N skipped` over all of them; exit 1 if anything failed.
 #
-# NAME=VALUE sets an environment variable for the programs after it. Two of them are for this script: TEST_TIMEOUT
-# [s] (default 120) for each program, and TEST_LABEL, put before the programs' names. A program fails as a whole if it
+# NAME=VALUE sets an environment variable for the programs after it. Three of them are for this script: TEST_TIMEOUT
+# [s] (default 120) for each program, TEST_LABEL, put before the programs' names, and TEST_NOTES=0, no `# ` lines of what
+# passed (for a second run of the same tests). A program fails as a whole if it
 # dies, takes too long, prints no result, or fewer results than it announced. One line a program with its time;
 # failing tests in full; `# ` lines (the errors that tests measured) also when they pass; skipped tests by name.
 set -u
@@ -13,7 +14,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1:strict_string_checks=1:allocator_may_return_null=1}"
 export LSAN_OPTIONS="${LSAN_OPTIONS:-suppressions=$here/lsan.supp:print_suppressions=0}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
-TEST_TIMEOUT=120 TEST_LABEL=
+TEST_TIMEOUT=120 TEST_LABEL='' TEST_NOTES=1
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 trap 'exit 1' HUP INT TERM
@@ -75,7 +76,7 @@ END {
     if (failed) {
         for (i = 1; i <= NR; i++) if (text[i] != "" && text[i] !~ /^ok /) print "    " text[i]
         printf "%s", reason
-    } else {
+    } else if (notes) {
         for (i = 1; i <= NR; i++) if (text[i] ~ /^# /) print "    " text[i]
     }
     print passed + 0, failed + 0, skipped + 0 >>sums
@@ -103,7 +104,8 @@ for argument; do
     status=$?
     seconds=$(echo "$begin $(now)" | awk '{ printf "%.1f", $2 - $1 }')
     label=$(basename "$argument")
-    awk -v label="${TEST_LABEL:+$TEST_LABEL }$label" -v status=$status -v seconds="$seconds" -v limit="$TEST_TIMEOUT" \
+    awk -v label="${TEST_LABEL:+$TEST_LABEL }$label" -v status=$status \
+        -v seconds="$seconds" -v notes="$TEST_NOTES" -v limit="$TEST_TIMEOUT" \
         -v sums="$work/sums" -v failures="$work/failures" -f "$work/count.awk" "$work/out"
 done
 sort -s -k1,1 -r "$work/failures"
