@@ -64,9 +64,17 @@ mount -t sysfs -o ro sys "$fresh/sys" 2>/dev/null || mount --rbind /sys "$fresh/
 [ -z "$(git status --porcelain)" ] || say "note: uncommitted changes are not part of the clone"
 git clone -q --no-hardlinks --branch "$(git rev-parse --abbrev-ref HEAD)" "file://$project" "$fresh/root/vitrine"
 say "$(git -C "$fresh/root/vitrine" log -1 --format='commit %h %s'), $(nproc) cores"
+# CPU seconds that finished children have used so far: the fair figure on a machine that does other work too.
+cpu() {
+    times >"$out/times"
+    sed -n '2{s/[ms]/ /g;p;}' "$out/times" | awk '{ printf "%d", $1 * 60 + $2 + $3 * 60 + $4 }'
+    rm -f "$out/times"
+}
 status=0
 for target; do
     begin=$(date +%s)
+    cpu >"$out/cpu"
+    cpu_begin=$(cat "$out/cpu")
     # shellcheck disable=SC2016
     if env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C \
         ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} \
@@ -76,8 +84,10 @@ for target; do
         word=FAILED status=1
         tail -n 60 "$out/$target.log"
     fi
-    say "make $target: $word in $(($(date +%s) - begin)) s; $(tail -n 1 "$out/$target.log")"
+    cpu >"$out/cpu"
+    say "make $target: $word in $(($(date +%s) - begin)) s, $(($(cat "$out/cpu") - cpu_begin)) s of CPU; $(tail -n 1 "$out/$target.log")"
 done
+rm -f "$out/cpu"
 cp "$fresh/root/vitrine/build/vitrine.png" "$out/" 2>/dev/null && say "the picture: $out/vitrine.png"
 say "$(chroot "$fresh" dpkg-query -W | wc -l) packages, $(du -sm --one-file-system "$fresh" | cut -f1) MB"
 exit $status
