@@ -5,12 +5,12 @@
 #include "vitrine/proxy.h"
 
 /* Uniforms of shaders/slabs.* and shaders/reduce.*; X(name). */
-#define UNIFORMS(X)                                                                                                    \
-    X(clip_from_px)                                                                                                    \
-    X(tex_from_x)                                                                                                      \
-    X(tex_from_y)                                                                                                      \
-    X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm)   \
-        X(table) X(axis_from) X(axis_scale) X(axis_share) X(axis_first) X(reduced) X(tex_from_px)
+/* clang-format off */
+#define UNIFORMS(X) \
+    X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
+    X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
+    X(axis_first) X(reduced) X(tex_from_px)
+/* clang-format on */
 
 struct program {
     GLuint name;

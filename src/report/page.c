@@ -43,7 +43,8 @@ static bool put_plot(const struct report *report, FILE *out, const char *name)
 {
     char *path = report_path(report, name);
     FILE *in = path ? fopen(path, "rb") : NULL;
-    if (in) {
+    const bool found = in != NULL;
+    if (found) {
         fputs("<figure><img alt=\"", out);
         put_escaped(out, name);
         fputs("\" src=\"data:image/svg+xml;base64,", out);
@@ -54,7 +55,7 @@ static bool put_plot(const struct report *report, FILE *out, const char *name)
         vit_error(report->log, "%s/%s: cannot read back the plot for the page", report->folder, name);
     }
     vit_free(path);
-    return in;
+    return found;
 }
 
 static void put_number(FILE *out, double value)

@@ -107,7 +107,7 @@ refused 2 "an unknown phantom" phantom nobody -o out.nrrd
 refused 2 "a phantom without output" phantom block
 refused 2 "the input as output" convert "$d/sphere.nrrd" -o "$d/sphere.nrrd"
 refused 1 "show is not built" show phantom:block
-refused 1 "report is not built" report rays -o out
+refused 2 "an unknown report" report nobody -o out
 
 # ---- outputs ------------------------------------------------------------------------------------------------------
 mkdir "$d/full" && : >"$d/full/somebody.dcm"
