@@ -170,7 +170,7 @@ void copy_cells(const PixelFormat &format, const Padding &padding, int32_t padde
     for (size_t i = 0; i < count; i++) {
         int32_t raw = in[i], stored = (((raw >> shift) & mask) ^ sign) - sign;
         int32_t value = (stored ^ flip) + add;
-        value = (stored >= low) & (stored <= high) ? padded : value;
+        value = ((stored >= low) & (stored <= high)) ? padded : value;
         value = raw == whole ? padded : value;
         out[i] = Out(value);
     }
