@@ -13,6 +13,10 @@ uniform float near_limit_mm;   // nothing nearer to the eye is drawn
 uniform float eye_mm;          // perspective: distance from the eye to the box's centre
 uniform float px_per_eye;      // perspective: pixel size over eye_mm
 uniform float slab_mm;
+#ifdef VIT_SKIP_EMPTY
+uniform VIT_SAMPLER_3D occupancy; // 0 where nothing within a brick is visible
+uniform vec3 occupancy_from_tex;
+#endif
 
 VIT_VARYING vec3 ray;
 VIT_VARYING vec2 screen_px;
@@ -79,10 +83,18 @@ void main()
 #endif
 #else
     vec4 sum = vec4(0.0);
+#ifdef VIT_SKIP_EMPTY
+    vec3 pass_middle = base + (pass_near_mm - 0.5 * float(VIT_SLABS_PER_PASS) * slab_mm) * along;
+    bool empty = VIT_TEXTURE_3D(occupancy, pass_middle * occupancy_from_tex).r < 0.5;
+#else
+    const bool empty = false;
+#endif
 #ifdef VIT_SLAB
     float front = table_coordinate(value_at(base + front_mm * along));
 #endif
     for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
+        if (empty)
+            break;
         float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
         float k = (front_mm - back_mm) * stretch;
 #ifdef VIT_SLAB

@@ -15,7 +15,8 @@
     X(SLAB, "HU at the two faces of a slab, looked up in the pre-integrated table")                                    \
     X(REDUCE, "a ray is reduced to one HU, classified once")                                                           \
     X(MINIP, "to its least")                                                                                           \
-    X(MEAN, "to its mean")
+    X(MEAN, "to its mean")                                                                                             \
+    X(SKIP_EMPTY, "passes through cells with nothing to see end at once")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -83,6 +84,9 @@ struct vit_plan {
     double table_mm;
     bool table_float;
     uint64_t table_bytes;
+    /* SKIP_EMPTY: a texture of one byte a brick that says where there is anything to see, made by vit_plan_occupancy */
+    size_t occupancy_n[3];
+    uint64_t occupancy_bytes;
     enum vit_target target;
     char target_why[160];
     unsigned features;      /* of VIT_FEATURE() */
@@ -112,6 +116,11 @@ enum vit_plan_result {
 /* Fills *plan. Anything but DONE is logged in one line: which limit, and what fits. */
 VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request,
                                                  const struct vit_log *log);
+
+/* Which bricks hold, or have a neighbour that holds, anything visible: cells[(k·occupancy_n[1] + j)·occupancy_n[0] + i]
+ * is 255 or 0. A pass whose middle lies in a cell of 0 can add nothing: its ends are at most a brick away. False when
+ * out of memory. */
+VIT_NODISCARD bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
 /* Rules that --keep can switch off; name NULL ends. */
 struct vit_plan_rule {

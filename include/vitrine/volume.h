@@ -37,7 +37,7 @@ const void *vit_volume_samples(const struct vit_volume *volume);
 double vit_volume_hu(const struct vit_volume *volume, ptrdiff_t i, ptrdiff_t j, ptrdiff_t k);
 
 /* Statistics of a finished volume. */
-#define VIT_BRICK 16 /* voxels per side of a brick */
+#define VIT_BRICK 8 /* voxels per side of a brick */
 struct vit_volume_stats {
     double hu_min, hu_max;
     int raw_min, raw_max;

@@ -1,4 +1,4 @@
-/* The visible box, the part of it that holds anything, and the slabs that cover it. */
+/* The visible box and the slabs that cover it. */
 #include <math.h>
 #include <string.h>
 
@@ -40,51 +40,6 @@ void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT])
         empty = empty || plan->clip_low[axis] >= plan->clip_high[axis];
     if (empty)
         vit_plan_leave_out(plan, 0, "everything", "clip_mm trims the whole volume away");
-}
-
-static bool brick_is_empty(const struct vit_plan *plan, const struct vit_volume_info *info,
-                           const struct vit_volume_stats *stats, size_t brick)
-{
-    double a = info->slope * stats->brick_min[brick] + info->intercept;
-    double b = info->slope * stats->brick_max[brick] + info->intercept;
-    return vit_transfer_is_empty(plan->transfer, fmin(a, b), fmax(a, b));
-}
-
-void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request)
-{
-    memcpy(plan->draw_low, plan->clip_low, sizeof plan->draw_low);
-    memcpy(plan->draw_high, plan->clip_high, sizeof plan->draw_high);
-    /* What cannot be seen still counts for a ray's least, greatest and mean. */
-    if (plan->technique != VIT_TECHNIQUE_COMPOSITE || vit_plan_keeps(request, VIT_RULE_EMPTY_BORDER))
-        return;
-    const struct vit_volume_info *info = vit_volume_get_info(request->volume);
-    const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
-    size_t low[3] = {SIZE_MAX, SIZE_MAX, SIZE_MAX}, high[3] = {0, 0, 0}, brick = 0;
-    for (size_t k = 0; k < stats->bricks[2]; k++)
-        for (size_t j = 0; j < stats->bricks[1]; j++)
-            for (size_t i = 0; i < stats->bricks[0]; i++, brick++) {
-                if (brick_is_empty(plan, info, stats, brick))
-                    continue;
-                size_t at[3] = {i, j, k};
-                for (int axis = 0; axis < 3; axis++) {
-                    low[axis] = at[axis] < low[axis] ? at[axis] : low[axis];
-                    high[axis] = at[axis] + 1 > high[axis] ? at[axis] + 1 : high[axis];
-                }
-            }
-    double kept = 1;
-    for (int axis = 0; axis < 3; axis++) {
-        double n = (double)info->n[axis];
-        /* A full brick's samples reach half a voxel beyond it by interpolation; its apron covers that. */
-        double from = low[axis] == SIZE_MAX ? 0 : (double)(low[axis] * VIT_BRICK) / n;
-        double to = (double)(high[axis] * VIT_BRICK) / n;
-        plan->draw_low[axis] = fmax(plan->draw_low[axis], from);
-        plan->draw_high[axis] = fmin(plan->draw_high[axis], to);
-        double whole = plan->clip_high[axis] - plan->clip_low[axis];
-        kept *= whole > 0 ? fmax(0, plan->draw_high[axis] - plan->draw_low[axis]) / whole : 0;
-    }
-    if (kept < 1)
-        vit_plan_leave_out(plan, 0, "empty border",
-                           "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
 }
 
 bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log)

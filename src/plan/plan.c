@@ -36,6 +36,7 @@ size_t vit_target_bytes(enum vit_target target)
 
 const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
+    {VIT_RULE_EMPTY_SPACE, "passes of slabs end at once where the transfer function makes everything near invisible"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };
@@ -135,18 +136,9 @@ static void choose_table(struct vit_plan *plan, const struct vit_volume *volume,
     plan->features |= plan->technique == VIT_TECHNIQUE_MEAN ? VIT_FEATURE(MEAN) : 0;
 }
 
-/* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. Dithered texels keep that
- * from adding up; an 8-bit framebuffer rounds at every blend, so there the blends are made few. */
-static void choose_rounding(struct vit_plan *plan, const struct vit_plan_request *request)
-{
-    plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);
-    plan->slabs_per_pass = plan->target == VIT_TARGET_RGBA8 ? VIT_PLAN_SLABS_PER_PASS_8BIT : VIT_PLAN_SLABS_PER_PASS;
-}
-
 /* OPTICS.md §5, accumulation. */
-static void choose_target(struct vit_plan *plan, const struct vit_plan_request *request)
+static void choose_target(struct vit_plan *plan, const struct vit_caps *caps)
 {
-    const struct vit_caps *caps = &request->caps;
     const char *why;
     if (caps->color_buffer_float && caps->float_blend) {
         plan->target = VIT_TARGET_RGBA32F;
@@ -161,7 +153,6 @@ static void choose_target(struct vit_plan *plan, const struct vit_plan_request *
             plan->texel = VIT_TEXEL_R8;
         why = "neither float nor half-float framebuffers here";
     }
-    choose_rounding(plan, request);
     snprintf(plan->target_why, sizeof plan->target_why, "%s", why);
     size_t pixels = (size_t)plan->camera.width_px * (size_t)plan->camera.height_px;
     plan->target_bytes = pixels * vit_target_bytes(plan->target);
@@ -220,7 +211,10 @@ static enum vit_plan_result choose_path(struct vit_plan *plan, const struct vit_
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
     choose_texel(plan, request->preset, &request->caps);
     choose_table(plan, request->volume, &request->caps);
-    choose_target(plan, request);
+    choose_target(plan, &request->caps);
+    /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */
+    plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);
+    vit_plan_passes(plan, request);
     return fit_texture(plan, &request->caps, log);
 }
 

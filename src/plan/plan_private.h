@@ -5,10 +5,11 @@
 #include "vitrine/plan.h"
 
 #define VIT_RULE_EMPTY_BORDER "empty-border"
+#define VIT_RULE_EMPTY_SPACE  "empty-space"
 #define VIT_RULE_DITHER       "dither"
-/* Slabs composited in the shader before one blend; `make bench` (passes) shows frame times for 1 to 32. */
-#define VIT_PLAN_SLABS_PER_PASS      8
-#define VIT_PLAN_SLABS_PER_PASS_8BIT 64 /* every blend rounds */
+/* Slabs composited in the shader before one blend: where nothing else decides, and at most. */
+#define VIT_PLAN_SLABS_PER_PASS     8
+#define VIT_PLAN_SLABS_PER_PASS_MAX 64
 /* Entries a side of the pre-integrated table, and of the table of homogeneous slabs. */
 #define VIT_PLAN_SLAB_ENTRIES 512
 #define VIT_PLAN_POST_ENTRIES 2048
@@ -19,7 +20,11 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
 
 /* geometry.c */
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
-void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
 VIT_NODISCARD bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
+
+/* empty.c */
+void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
+/* Slabs per pass, and whether passes end at once where there is nothing to see. */
+void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
 
 #endif

@@ -36,6 +36,16 @@ struct vit_table {
 VIT_NODISCARD bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan);
 void vit_table_clear(struct vit_table *table);
 
+/* occupancy.c: where there is anything to see, a byte a brick. */
+struct vit_occupancy {
+    GLuint texture;
+    uint64_t made_from;
+    uint64_t bytes;
+};
+VIT_NODISCARD bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy,
+                                         const struct vit_volume *volume, const struct vit_plan *plan);
+void vit_occupancy_clear(struct vit_occupancy *occupancy);
+
 /* mesh.c: the outlines of all passes as one triangle list, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {
     float x_px, y_px, near_mm;

@@ -9,7 +9,7 @@
 #define UNIFORMS(X) \
     X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
-    X(axis_first) X(reduced) X(tex_from_px)
+    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex)
 /* clang-format on */
 
 struct program {
@@ -27,6 +27,7 @@ struct vit_renderer {
     const struct vit_volume *volume;
     struct vit_texture3d texture3d;
     struct vit_table table;
+    struct vit_occupancy occupancy;
     struct vit_gl_target target, reduced; /* reduced: what rays come to before classification (MIP, MinIP, mean) */
     struct program program, reduce_program;
     struct vit_mesh mesh;
@@ -55,6 +56,7 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
         return;
     vit_texture3d_clear(&renderer->texture3d);
     vit_table_clear(&renderer->table);
+    vit_occupancy_clear(&renderer->occupancy);
     vit_gl_target_destroy(renderer->gl, &renderer->target);
     vit_gl_target_destroy(renderer->gl, &renderer->reduced);
     vit_mesh_clear(&renderer->mesh);
@@ -129,13 +131,14 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
         !prepare_target(renderer, &renderer->target, plan) || !prepare_reduction(renderer, plan) ||
         !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress) ||
-        !vit_table_prepare(renderer->gl, &renderer->table, plan))
+        !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
+        !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
         return false;
     if (!vit_mesh_reserve(&renderer->mesh, plan)) {
         vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
         return false;
     }
-    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes;
+    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes + renderer->occupancy.bytes;
     renderer->stats.setup_ms = (double)(vit_clock_ns() - start) * 1e-6;
     return true;
 }
@@ -161,6 +164,12 @@ static void set_axis(const struct program *program, const struct vit_plan *plan,
     glUniform4fv(program->axis_share, program->axis_groups, share);
     glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
     glUniform1i(program->table, 1);
+}
+
+/* Bricks overshoot the volume where its size is no multiple of theirs. */
+static GLfloat occupancy_from_tex(const struct vit_plan *plan, int axis)
+{
+    return (GLfloat)plan->n[axis] / (GLfloat)(plan->occupancy_n[axis] * VIT_BRICK);
 }
 
 static void set_uniforms(const struct program *program, const struct vit_plan *plan)
@@ -190,6 +199,11 @@ static void set_uniforms(const struct program *program, const struct vit_plan *p
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
     glUniform1i(program->texels, 0);
+    if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
+        glUniform1i(program->occupancy, 3);
+        glUniform3f(program->occupancy_from_tex, occupancy_from_tex(plan, 0), occupancy_from_tex(plan, 1),
+                    occupancy_from_tex(plan, 2));
+    }
 }
 
 static void send_vertices(struct vit_renderer *renderer, const struct program *program, const void *vertices,
@@ -204,6 +218,8 @@ static void send_vertices(struct vit_renderer *renderer, const struct program *p
 
 static void bind_textures(struct vit_renderer *renderer)
 {
+    glActiveTexture(GL_TEXTURE3);
+    glBindTexture(GL_TEXTURE_3D, renderer->occupancy.texture);
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, 0);
     glActiveTexture(GL_TEXTURE1);

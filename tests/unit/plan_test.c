@@ -160,6 +160,48 @@ static void empty_border_is_not_drawn(void **state)
     assert_non_null(strstr(scene->last, "empty-border"));
 }
 
+/* A pass may be as long as its middle can speak for: a brick either way, whatever the slabs' thickness. */
+static void passes_are_as_long_as_empty_space_allows(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    static const struct {
+        double rate;
+        int slabs;
+    } cases[] = {{0.25, 4}, {1, 16}, {2, 32}, {8, 64}};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        scene->preset.sampling.slices_per_voxel = cases[i].rate;
+        struct vit_plan plan = make(scene, &request);
+        assert_true(plan.features & VIT_FEATURE(SKIP_EMPTY));
+        assert_int_equal(plan.slabs_per_pass, cases[i].slabs);
+    }
+    scene->preset.sampling.slices_per_voxel = 1.0 / 32; /* slabs thicker than two bricks */
+    assert_false(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    scene->preset.sampling.slices_per_voxel = 1;
+    request.caps.color_buffer_float = request.caps.color_buffer_half_float = 0; /* few blends matter more */
+    assert_int_equal(make(scene, &request).slabs_per_pass, 64);
+    scene->preset.technique = VIT_TECHNIQUE_MIP; /* what is invisible may be the greatest */
+    assert_false(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    scene->preset.technique = VIT_TECHNIQUE_COMPOSITE;
+}
+
+/* The visible cube spans voxels 20 to 27 and interpolation a voxel more: bricks 2 and 3 of each axis; one brick around.
+ */
+static void occupancy_reaches_one_brick_further(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    uint8_t cells[8 * 6 * 5];
+    assert_int_equal(plan.occupancy_bytes, sizeof cells);
+    assert_true(vit_plan_occupancy(&plan, scene->volume, cells));
+    for (size_t i = 0; i < sizeof cells; i++) {
+        size_t x = i % 8, y = i / 8 % 6, z = i / 48;
+        bool near = x >= 1 && x <= 4 && y >= 1 && y <= 4 && z >= 1 && z <= 4;
+        assert_int_equal(cells[i], near ? 255 : 0);
+    }
+}
+
 static void formats_follow_capabilities(void **state)
 {
     struct scene *scene = *state;
@@ -240,6 +282,8 @@ int main(void)
         cmocka_unit_test(slabs_cover_the_box),
         cmocka_unit_test(clip_trims_the_nearest_face),
         cmocka_unit_test(empty_border_is_not_drawn),
+        cmocka_unit_test(passes_are_as_long_as_empty_space_allows),
+        cmocka_unit_test(occupancy_reaches_one_brick_further),
         cmocka_unit_test(formats_follow_capabilities),
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
         cmocka_unit_test(the_eye_bounds_what_is_drawn),
