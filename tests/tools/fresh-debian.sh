@@ -89,5 +89,6 @@ for target; do
 done
 rm -f "$out/cpu"
 cp "$fresh/root/vitrine/build/vitrine.png" "$out/" 2>/dev/null && say "the picture: $out/vitrine.png"
+(cd "$fresh/root/vitrine" && sha256sum build/release/vitrine) || :
 say "$(chroot "$fresh" dpkg-query -W | wc -l) packages, $(du -sm --one-file-system "$fresh" | cut -f1) MB"
 exit $status
