@@ -137,6 +137,11 @@ void choose_encoding(Stack &stack);
 size_t convert(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const void *in, void *out,
                size_t count);
 
+/* jpeg.cc: the markers of one fragment up to the frame header. good: it is there, of rows x columns; bad: of another
+ * size, or not to be given to DCMTK; unknown: not in this fragment. */
+enum class Jpeg { good, bad, unknown };
+Jpeg jpeg_look(const uint8_t *data, size_t bytes, bool jpeg_ls, size_t rows, size_t columns);
+
 /* read.cc: one slice into `out` (rows·columns samples). False: `why` is one line without the path. */
 bool slice_read(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why);
 

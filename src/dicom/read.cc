@@ -5,6 +5,8 @@
 #include "dcmtk/dcmdata/dcdeftag.h"
 #include "dcmtk/dcmdata/dcfilefo.h"
 #include "dcmtk/dcmdata/dcpixel.h"
+#include "dcmtk/dcmdata/dcpixseq.h"
+#include "dcmtk/dcmdata/dcpxitem.h"
 
 #include "dicom_private.h"
 
@@ -98,6 +100,31 @@ bool decoded_format(DcmDataset &data, const Slice &slice, PixelFormat &format, s
     return false;
 }
 
+/* Fragments after the offset table: one of them must begin a JPEG frame of the size the header says. */
+bool check_jpeg(DcmDataset &data, const Slice &slice)
+{
+    const DcmXfer xfer(data.getOriginalXfer());
+    const bool jpeg_ls = xfer.getXfer() == EXS_JPEGLSLossless || xfer.getXfer() == EXS_JPEGLSLossy;
+    DcmElement *element = nullptr;
+    DcmPixelSequence *sequence = nullptr;
+    if (!xfer.isEncapsulated() || xfer.getXfer() == EXS_RLELossless)
+        return true;
+    auto *pixels =
+        data.findAndGetElement(DCM_PixelData, element).good() ? dynamic_cast<DcmPixelData *>(element) : nullptr;
+    if (!pixels || pixels->getEncapsulatedRepresentation(xfer.getXfer(), nullptr, sequence).bad() || !sequence)
+        return false;
+    for (unsigned long i = 1; i < sequence->card(); i++) {
+        DcmPixelItem *item = nullptr;
+        Uint8 *bytes = nullptr;
+        if (sequence->getItem(item, i).bad() || !item || item->getUint8Array(bytes).bad() || !bytes)
+            return false;
+        Jpeg found = jpeg_look(bytes, item->getLength(), jpeg_ls, slice.rows, slice.columns);
+        if (found != Jpeg::unknown)
+            return found == Jpeg::good;
+    }
+    return false;
+}
+
 bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why)
 {
     DcmFileFormat file;
@@ -111,6 +138,11 @@ bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_
     OFCondition status = file.loadFileUntilTag(OFFilename(from.c_str()), EXS_Unknown, EGL_noChange, DCM_MaxReadLength,
                                                ERM_autoDetect, DcmTagKey(0x7fe0, 0x0011));
     DcmDataset &data = *file.getDataset();
+    if (status.good() && !check_jpeg(data, slice)) {
+        why = format("the compressed pixels do not begin a picture of Columns x Rows = %zu x %zu", slice.columns,
+                     slice.rows);
+        return false;
+    }
     library_heard_damage();
     if (status.good())
         status = data.chooseRepresentation(EXS_LittleEndianExplicit, nullptr);
