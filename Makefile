@@ -165,7 +165,7 @@ $(O)/tests/%: $(O)/tests/%.o $(LIB)
 
 .PHONY: run
 run: $(BIN) ## install what is missing, build, draw the built-in head into build/vitrine.png
-	$(BIN) snapshot phantom:head -o $(BUILD)/vitrine.png
+	$(BIN) snapshot phantom:head --preset bone-and-skin --view 35,15 --zoom 1.5 -o $(BUILD)/vitrine.png
 	@echo "wrote $(BUILD)/vitrine.png"
 	@echo "look at it with any viewer (xdg-open $(BUILD)/vitrine.png), or copy it to a machine with a screen;"
 	@echo "your own data: $(BIN) snapshot FOLDER -o OUT.png --preset NAME; $(BIN) presets list shows the names"

@@ -115,7 +115,7 @@ struct vit_settings {
     const char *inputs[4096];
     size_t input_count;
     const char *output;   /* -o */
-    const char *preset;   /* default "bone-classic" */
+    const char *preset;   /* default "bone" */
     struct vit_view view; /* --view --size --zoom --projection --fov */
     enum vit_path path;   /* default auto */
     const char *series;   /* NULL: choose */

@@ -77,7 +77,7 @@ static bool check_events(const struct vit_reading *r, const char *text, size_t b
     }
     if (good && documents == 0)
         good = vit_reading_refuse(r, (yaml_mark_t){0},
-                                  "there is nothing in it; allowed: a preset, see `vitrine presets show bone-classic`");
+                                  "there is nothing in it; allowed: a preset, see `vitrine presets show bone`");
     yaml_parser_delete(&parser);
     return good;
 }

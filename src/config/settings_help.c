@@ -109,7 +109,7 @@ static void program_help(FILE *out)
         fprintf(out, "  %-10s %s\n", row->name, row->summary);
     fputs("\n`vitrine COMMAND --help` teaches one command. `vitrine --version` prints the version.\n\nExamples:\n"
           "  vitrine phantom head -o head.nrrd\n"
-          "  vitrine snapshot head.nrrd -o head.png --preset bone-classic --view 30,20\n"
+          "  vitrine snapshot head.nrrd -o head.png --preset bone-and-skin --view 30,20\n"
           "  vitrine info chest/\n",
           out);
     exit_print(out);

@@ -92,7 +92,7 @@ const struct vit_option vit_options[] = {
     RANGE("fov", DEGREES, "ANGLE", "degrees", view.fov_rad, 1, 170, "30", SCENE, G_VIEW,
           "field of view of the smaller side, for perspective")
 
-    TEXT("preset", 'p', "NAME|FILE", preset, "bone-classic", SCENE, G_PICTURE,
+    TEXT("preset", 'p', "NAME|FILE", preset, "bone", SCENE, G_PICTURE,
          "how it looks: a name from `vitrine presets list`, or a path with a slash or ending in .yaml")
     LIST("set", "KEY=VALUE", set, SCENE, G_PICTURE, "change one key of the preset; `vitrine presets --help` lists the keys; repeatable")
     WORD("path", path, path, "auto", SCENE, G_PICTURE, "what draws: 3D texture, stacks of 2D textures, or the double-precision reference")
@@ -238,7 +238,7 @@ const struct vit_command_row vit_commands[] = {
      "list: the presets known here. show: one of them, every key written out. check: read files, say what is wrong "
      "with them. "
      "import: turn other programs' presets into ours.",
-     {"vitrine presets list", "vitrine presets show bone-classic >mine.yaml", "vitrine presets check mine.yaml", NULL}},
+     {"vitrine presets list", "vitrine presets show bone >mine.yaml", "vitrine presets check mine.yaml", NULL}},
     {VIT_COMMAND_CAPS,
      "caps",
      "[OPTIONS]",

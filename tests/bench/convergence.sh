@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 picture() { # OUT OPTION... - the scene, unlit, oblique
     out=$1
     shift
-    "$vitrine" snapshot "$input" -q --set shading.model=none --view 30,20 --size 200x200 "$@" -o "$out"
+    "$vitrine" snapshot "$input" -q --preset bone-classic --set shading.model=none --view 30,20 --size 200x200 "$@" -o "$out"
 }
 rms() { # A B - in 1/255
     "$vitrine" compare "$1" "$2" | awk '/^RMS/ {gsub(/[()]/, ""); sub(/\/255/, "", $3); print $3}'

@@ -39,7 +39,7 @@ static void test_defaults(void **state)
     assert_int_equal(settings.input_count, 1);
     assert_string_equal(settings.inputs[0], "in");
     assert_string_equal(settings.output, "out.png");
-    assert_string_equal(settings.preset, "bone-classic");
+    assert_string_equal(settings.preset, "bone");
     assert_int_equal(settings.view.width_px, 800);
     assert_int_equal(settings.view.height_px, 800);
     assert_true(settings.view.zoom == 1 && fabs(settings.view.fov_rad - 30 * RADIAN) < 1e-15);
