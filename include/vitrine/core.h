@@ -86,6 +86,8 @@ VIT_NODISCARD void *vit_realloc(void *old, size_t count, size_t size);
 VIT_NODISCARD char *vit_strdup(const char *text);
 VIT_NODISCARD char *vit_strprintf(const char *format, ...) VIT_PRINTF(1, 2);
 void vit_free(void *pointer);
+/* Appends to a text of `bytes` capacity, cutting at the end. */
+void vit_text_append(char *out, size_t bytes, const char *format, ...) VIT_PRINTF(3, 4);
 
 /* Fault injection (STYLE 14): every acquisition asks vit_fault() first; the nth question after vit_fault_arm(n) is
  * answered true once, and then the acquisition must fail cleanly. n = 0 disarms. vit_fault_count() says how many

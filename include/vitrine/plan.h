@@ -122,6 +122,9 @@ VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const st
  * out of memory. */
 VIT_NODISCARD bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
+/* What `auto` leads to on such a GL: 3d, or the reference where this build has nothing that runs on it. */
+enum vit_path vit_plan_auto_path(const struct vit_caps *caps);
+
 /* Rules that --keep can switch off; name NULL ends. */
 struct vit_plan_rule {
     const char *name, *help;

@@ -1,15 +1,11 @@
 /* vitrine caps: what the GL of this machine can do, and the path that leads to. */
 #include "app_private.h"
 
-static const char *path_for(const struct vit_caps *caps)
-{
-    return vit_path_name(caps->max_3d_texture_size > 0 ? VIT_PATH_3D : VIT_PATH_STACKS);
-}
-
 static json_t *caps_json(const struct vit_caps *caps)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:b, s:s}", "vendor", caps->vendor, "renderer", caps->renderer,
-                               "version", caps->version, "software", caps->software, "path", path_for(caps));
+    json_t *object =
+        json_pack("{s:s, s:s, s:s, s:b, s:s}", "vendor", caps->vendor, "renderer", caps->renderer, "version",
+                  caps->version, "software", caps->software, "path", vit_path_name(vit_plan_auto_path(caps)));
 #define LIMIT(type, name, help)                                                                                        \
     if (object)                                                                                                        \
         json_object_set_new(object, #name, json_integer(caps->name));
@@ -22,10 +18,12 @@ static void caps_print(const struct vit_caps *caps)
 {
     printf("vendor     %s\nrenderer   %s%s\nversion    %s\n", caps->vendor, caps->renderer,
            caps->software ? " (software)" : "", caps->version);
-    if (caps->max_3d_texture_size > 0)
-        printf("path       %s: volumes of up to %d voxels a side\n", path_for(caps), caps->max_3d_texture_size);
+    enum vit_path path = vit_plan_auto_path(caps);
+    printf("path       %s: ", vit_path_name(path));
+    if (path == VIT_PATH_3D)
+        printf("volumes of up to %d voxels a side\n", caps->max_3d_texture_size);
     else
-        printf("path       %s: there are no 3D textures\n", path_for(caps));
+        puts("this build needs OpenGL ES 3 with 3D textures to draw with GL");
     puts("limits     (--gl-limit NAME=VALUE pretends a smaller one)");
 #define LIMIT(type, name, help) printf("  %-26s %-7d %s\n", #name, caps->name, help);
     VIT_CAPS_LIMITS(LIMIT)

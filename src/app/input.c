@@ -85,14 +85,13 @@ enum app_input_kind app_input_probe(struct app *app)
 const struct vit_phantom *app_phantom_find(struct app *app, const char *name)
 {
     char known[256] = "";
-    size_t used = 0;
     if (is_phantom(name))
         name += strlen(PHANTOM_PREFIX);
     const struct vit_phantom *phantom = vit_phantom_find(name);
     if (phantom)
         return phantom;
-    for (phantom = vit_phantoms; phantom->name && used < sizeof known; phantom++)
-        used += (size_t)snprintf(known + used, sizeof known - used, " %s", phantom->name);
+    for (phantom = vit_phantoms; phantom->name; phantom++)
+        vit_text_append(known, sizeof known, " %s", phantom->name);
     vit_error(&app->log, "there is no phantom `%s`; there are:%s", name, known);
     return NULL;
 }

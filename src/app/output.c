@@ -75,6 +75,7 @@ enum vit_exit app_output_check(struct app *app)
     struct stat status;
     if (!stat(settings->output, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
         return VIT_EXIT_DONE; /* a device or pipe needs no room beside it */
+    errno = ENOMEM;
     char *parent = parent_of(settings->output);
     bool good = parent && !access(parent, W_OK | X_OK);
     if (!good)

@@ -4,21 +4,25 @@
 
 #include <string.h>
 
+static bool limits_apply(struct app *app, struct vit_caps *caps)
+{
+    for (size_t i = 0; i < app->settings->gl_limit_count; i++)
+        if (!vit_caps_limit(caps, app->settings->gl_limit[i], &app->log))
+            return false;
+    return true;
+}
+
 enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps)
 {
-    const struct vit_settings *settings = app->settings;
     *gl = vit_gl_create(3, &app->log);
     if (!*gl)
         return VIT_EXIT_DISPLAY;
-    vit_gl_set_shader_dir(*gl, settings->shader_dir);
+    vit_gl_set_shader_dir(*gl, app->settings->shader_dir);
     *caps = *vit_gl_caps(*gl);
-    for (size_t i = 0; i < settings->gl_limit_count; i++) {
-        if (!vit_caps_limit(caps, settings->gl_limit[i], &app->log)) {
-            vit_gl_destroy(gl);
-            return VIT_EXIT_USAGE;
-        }
-    }
-    return VIT_EXIT_DONE;
+    if (limits_apply(app, caps))
+        return VIT_EXIT_DONE;
+    vit_gl_destroy(gl);
+    return VIT_EXIT_USAGE;
 }
 
 static enum vit_exit preset_open(struct app *app, struct vit_preset **preset)
@@ -61,7 +65,9 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app)
 {
     enum vit_exit status = preset_open(app, &scene->preset);
     uint64_t start = vit_clock_ns();
-    if (status == VIT_EXIT_DONE && app->settings->path != VIT_PATH_REFERENCE)
+    if (status == VIT_EXIT_DONE && app->settings->path == VIT_PATH_REFERENCE)
+        status = limits_apply(app, &scene->caps) ? VIT_EXIT_DONE : VIT_EXIT_USAGE;
+    else if (status == VIT_EXIT_DONE)
         status = app_gl_open(app, &scene->gl, &scene->caps);
     if (status != VIT_EXIT_DONE)
         return status;

@@ -31,10 +31,9 @@ static void label_add(struct labels *labels, const char *key, const char *format
 
 static void left_out_names(const struct vit_plan *plan, char *text, size_t bytes)
 {
-    size_t used = 0;
-    snprintf(text, bytes, "nothing");
-    for (int i = 0; i < plan->left_out_count && used < bytes; i++)
-        used += (size_t)snprintf(text + used, bytes - used, "%s%s", i ? ", " : "", plan->left_out[i].what);
+    snprintf(text, bytes, "%s", plan->left_out_count ? "" : "nothing");
+    for (int i = 0; i < plan->left_out_count; i++)
+        vit_text_append(text, bytes, "%s%s", i ? ", " : "", plan->left_out[i].what);
 }
 
 static void labels_fill(struct labels *labels, const struct app_scene *scene, const struct app *app)

@@ -142,15 +142,6 @@ const char *vit_number_text(double value, char out[VIT_NUMBER_BYTES])
     return out;
 }
 
-void vit_text_append(char *out, size_t bytes, const char *format, ...)
-{
-    size_t used = strlen(out);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(out + used, bytes - used, format, arguments);
-    va_end(arguments);
-}
-
 #define NAME_MAX_COMPARED 64
 
 static size_t least(size_t a, size_t b)

@@ -28,9 +28,6 @@ VIT_NODISCARD bool vit_number_parse(const char *text, double *out);
 #define VIT_NUMBER_BYTES 32
 const char *vit_number_text(double value, char out[VIT_NUMBER_BYTES]);
 
-/* Appends to a text of `bytes` capacity, cutting at the end. */
-void vit_text_append(char *out, size_t bytes, const char *format, ...) VIT_PRINTF(3, 4);
-
 /* Collects the three names nearest to a text by edit distance (insert, delete, replace, swap neighbours: one each). */
 struct vit_nearest {
     const char *text;

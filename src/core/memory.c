@@ -94,6 +94,15 @@ char *vit_strprintf(const char *format, ...)
     return text;
 }
 
+void vit_text_append(char *out, size_t bytes, const char *format, ...)
+{
+    size_t used = strlen(out);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(out + used, bytes - used, format, arguments);
+    va_end(arguments);
+}
+
 void vit_free(void *pointer)
 {
     free(pointer);

@@ -73,6 +73,7 @@ FILE *vit_outfile_stream(struct vit_outfile *file)
 bool vit_outfile_commit(struct vit_outfile **file_pointer)
 {
     struct vit_outfile *file = *file_pointer;
+    errno = 0;
     bool good = fflush(file->stream) == 0 && !ferror(file->stream) && !vit_fault();
     good = fclose(file->stream) == 0 && good;
     file->stream = NULL;

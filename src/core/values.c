@@ -75,9 +75,8 @@ bool vit_caps_limit(struct vit_caps *caps, const char *name_is_value, const stru
         return true;
     }
     char names[512] = "";
-    size_t used = 0;
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(limits); i++)
-        used += (size_t)snprintf(names + used, sizeof names - used, " %s", limits[i].name);
+        vit_text_append(names, sizeof names, " %s", limits[i].name);
     vit_error(log, "--gl-limit %s: no such limit; there are:%s", name_is_value, names);
     return false;
 }

@@ -235,6 +235,8 @@ static void what_does_not_fit_is_refused_with_the_limit(void **state)
         const char *limit, *says;
     } cases[] = {{"max_3d_texture_size=32", "max_3d_texture_size"},
                  {"max_3d_texture_size=0", "no 3D textures"},
+                 {"gles_major=2", "OpenGL ES 2"},
+                 {"max_texture_size=64", "(max_texture_size); lower --size"},
                  {"max_texture_mib=0", NULL},
                  {"max_texture_mib=1", NULL}};
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
