@@ -70,11 +70,10 @@ ifeq ($(WERROR),1)
 VIT_WARN += -Werror
 endif
 OPT_release := -O2 -g -DNDEBUG
-OPT_debug := -O0 -g3 -DVIT_FAULTS
-OPT_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined -DVIT_FAULTS
-OPT_fuzz := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined \
-    -DVIT_FUZZ -DVIT_FAULTS
-OPT_cov := -O0 -g --coverage -DVIT_FAULTS
+OPT_debug := -O0 -g3
+OPT_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined
+OPT_fuzz := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined -DVIT_FUZZ
+OPT_cov := -O0 -g --coverage
 ifeq ($(origin OPT_$(CONFIG)),undefined)
 $(error CONFIG=$(CONFIG) is not one of: release debug asan fuzz cov)
 endif

@@ -114,7 +114,7 @@ void main()
             continue;
         // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
         if (abs(k - 1.0) > 1e-4) {
-            float thicker = 1.0 - pow(1.0 - slab.a, k);
+            float thicker = 1.0 - pow(max(1.0 - slab.a, 0.0), k);
             slab *= slab.a > 1e-6 ? thicker / slab.a : k;
         }
         sum += (1.0 - sum.a) * slab;

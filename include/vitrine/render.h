@@ -7,7 +7,7 @@
 #include "vitrine/volume.h"
 
 struct vit_render_stats {
-    double setup_ms; /* textures, programs: what happened before the first frame */
+    double setup_ms; /* textures and programs made so far, by all calls of prepare */
     double frame_ms; /* the last frame, finished */
     uint64_t texture_bytes;
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */

@@ -7,11 +7,11 @@
 
 #include "gl_private.h"
 
-static bool has(const char *extensions, const char *name)
+bool vit_gl_has_word(const char *list, const char *word)
 {
-    size_t length = strlen(name);
-    for (const char *at = extensions; at && (at = strstr(at, name)); at += length)
-        if ((at == extensions || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
+    size_t length = strlen(word);
+    for (const char *at = list; at && (at = strstr(at, word)); at += length)
+        if ((at == list || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
             return true;
     return false;
 }
@@ -53,15 +53,16 @@ void vit_gl_caps_read(struct vit_caps *caps)
     GLint range[2] = {0, 0}, bits = 0;
     glGetShaderPrecisionFormat(GL_FRAGMENT_SHADER, GL_HIGH_FLOAT, range, &bits);
     caps->fragment_highp = bits >= 23;
-    caps->texture_norm16 = es3 && has(extensions, "GL_EXT_texture_norm16");
-    caps->texture_half_float_linear = es3 || has(extensions, "GL_OES_texture_half_float_linear");
-    caps->texture_float_linear = has(extensions, "GL_OES_texture_float_linear");
-    caps->color_buffer_float = es3 && has(extensions, "GL_EXT_color_buffer_float");
-    caps->color_buffer_half_float = caps->color_buffer_float || has(extensions, "GL_EXT_color_buffer_half_float");
-    caps->float_blend = has(extensions, "GL_EXT_float_blend");
-    caps->texture_npot = es3 || has(extensions, "GL_OES_texture_npot");
-    caps->timer_query = has(extensions, "GL_EXT_disjoint_timer_query");
-    caps->debug = has(extensions, "GL_KHR_debug");
+    caps->texture_norm16 = es3 && vit_gl_has_word(extensions, "GL_EXT_texture_norm16");
+    caps->texture_half_float_linear = es3 || vit_gl_has_word(extensions, "GL_OES_texture_half_float_linear");
+    caps->texture_float_linear = vit_gl_has_word(extensions, "GL_OES_texture_float_linear");
+    caps->color_buffer_float = es3 && vit_gl_has_word(extensions, "GL_EXT_color_buffer_float");
+    caps->color_buffer_half_float =
+        caps->color_buffer_float || vit_gl_has_word(extensions, "GL_EXT_color_buffer_half_float");
+    caps->float_blend = vit_gl_has_word(extensions, "GL_EXT_float_blend");
+    caps->texture_npot = es3 || vit_gl_has_word(extensions, "GL_OES_texture_npot");
+    caps->timer_query = vit_gl_has_word(extensions, "GL_EXT_disjoint_timer_query");
+    caps->debug = vit_gl_has_word(extensions, "GL_KHR_debug");
     if (es3) {
         GLint formats = 0;
         glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);

@@ -1,5 +1,6 @@
 /* An OpenGL ES context with no window and no surface: EGL's surfaceless platform, else its first device. */
 #include <EGL/egl.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <EGL/eglext.h>
@@ -8,15 +9,6 @@
 #include <GLES2/gl2ext.h>
 
 #include "gl_private.h"
-
-static bool has_word(const char *list, const char *word)
-{
-    size_t length = strlen(word);
-    for (const char *at = list; at && (at = strstr(at, word)); at += length)
-        if ((at == list || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
-            return true;
-    return false;
-}
 
 static EGLDisplay device_display(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display)
 {
@@ -28,18 +20,26 @@ static EGLDisplay device_display(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display)
     return get_display(EGL_PLATFORM_DEVICE_EXT, device, NULL);
 }
 
+/* libEGL prints its own warnings on stderr; what matters of them is in our one line. */
+static void hush_libegl(const struct vit_log *log)
+{
+    if (!log || log->level < VIT_LOG_DEBUG)
+        setenv("EGL_LOG_LEVEL", "fatal", 0);
+}
+
 /* The first platform that initialises. */
 static EGLDisplay open_display(const struct vit_log *log)
 {
+    hush_libegl(log);
     const char *client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     PFNEGLGETPLATFORMDISPLAYEXTPROC get_display =
         (PFNEGLGETPLATFORMDISPLAYEXTPROC)eglGetProcAddress("eglGetPlatformDisplayEXT");
     vit_debug(log, "EGL client extensions: %s", client ? client : "none");
     for (int attempt = 0; attempt < 2 && get_display && client; attempt++) {
         EGLDisplay display = EGL_NO_DISPLAY;
-        if (attempt == 0 && has_word(client, "EGL_MESA_platform_surfaceless"))
+        if (attempt == 0 && vit_gl_has_word(client, "EGL_MESA_platform_surfaceless"))
             display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
-        if (attempt == 1 && has_word(client, "EGL_EXT_platform_device"))
+        if (attempt == 1 && vit_gl_has_word(client, "EGL_EXT_platform_device"))
             display = device_display(get_display);
         if (display != EGL_NO_DISPLAY && !vit_fault() && eglInitialize(display, NULL, NULL))
             return display;
@@ -53,7 +53,8 @@ static EGLDisplay open_display(const struct vit_log *log)
 static bool open_context(struct vit_gl *gl, int es_major)
 {
     const char *extensions = eglQueryString(gl->display, EGL_EXTENSIONS);
-    if (!has_word(extensions, "EGL_KHR_surfaceless_context") || !has_word(extensions, "EGL_KHR_no_config_context")) {
+    if (!vit_gl_has_word(extensions, "EGL_KHR_surfaceless_context") ||
+        !vit_gl_has_word(extensions, "EGL_KHR_no_config_context")) {
         vit_error(gl->log, "EGL (%s) cannot make a context without a surface; a newer Mesa can",
                   eglQueryString(gl->display, EGL_VENDOR));
         return false;
@@ -77,8 +78,11 @@ static void GL_APIENTRY debug_message(GLenum source, GLenum type, GLuint id, GLe
     (void)source;
     (void)id;
     (void)severity;
-    enum vit_log_level level = type == GL_DEBUG_TYPE_ERROR_KHR ? VIT_LOG_WARN : VIT_LOG_DEBUG;
-    vit_log_print(user, level, "GL: %.*s", (int)length, message);
+    struct vit_gl *gl = (struct vit_gl *)user;
+    /* vit_gl_check will log the error: in one line. */
+    if (type == GL_DEBUG_TYPE_ERROR_KHR)
+        snprintf(gl->said, sizeof gl->said, ": %.*s", (int)length, message);
+    vit_debug(gl->log, "GL: %.*s", (int)length, message);
 }
 
 static void attach_debug(struct vit_gl *gl)
@@ -87,7 +91,7 @@ static void attach_debug(struct vit_gl *gl)
         (PFNGLDEBUGMESSAGECALLBACKKHRPROC)eglGetProcAddress("glDebugMessageCallbackKHR");
     if (!gl->caps.debug || !callback)
         return;
-    callback(debug_message, gl->log);
+    callback(debug_message, gl);
     glEnable(GL_DEBUG_OUTPUT_KHR);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS_KHR);
 }
@@ -164,8 +168,9 @@ bool vit_gl_check(struct vit_gl *gl, const char *where)
             if (names[i].code == code)
                 name = names[i].name;
         if (good)
-            vit_error(gl->log, "%s: GL says %s (0x%x)", where, name, code);
+            vit_error(gl->log, "%s: GL says %s (0x%x)%s", where, name, code, gl->said);
         good = false;
     }
+    gl->said[0] = '\0';
     return good;
 }

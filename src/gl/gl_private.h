@@ -12,8 +12,11 @@ struct vit_gl {
     EGLDisplay display;
     EGLContext context;
     struct vit_caps caps;
+    char said[256]; /* what KHR_debug said of the last GL error */
 };
 
+/* True if `word` is one of the space-separated words of `list` (NULL: of none). */
+bool vit_gl_has_word(const char *list, const char *word);
 /* caps.c: reads what the current context can do. */
 void vit_gl_caps_read(struct vit_caps *caps);
 

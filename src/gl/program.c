@@ -57,60 +57,90 @@ static char *define_lines(const char *const *defines)
 }
 
 /* Mesa and most others begin a message with "STRING:LINE"; string 0 is the body (#line 1 0), 1 the prelude, 2 common,
- * 3 psi.
- */
+ * 3 psi. Of a failure the first line with an error in it is logged as one; everything else is there at debug level. */
 static void print_info_log(const struct vit_gl *gl, const char *text, const char *name, bool failed)
 {
+    const char *error = strstr(text, "error");
     while (*text) {
         size_t length = strcspn(text, "\n");
         bool numbered = text[0] >= '0' && text[0] <= '3' && text[1] == ':';
         const char *const files[] = {name, "prelude", "common.glsl", "psi.glsl"};
         const char *file = numbered ? files[text[0] - '0'] : name;
         const char *rest = numbered ? text + 2 : text;
+        bool loud = failed && (!error || error < text + length);
         if (length > 0)
-            vit_log_print(gl->log, failed ? VIT_LOG_ERROR : VIT_LOG_DEBUG, "shader %s:%.*s", file,
+            vit_log_print(gl->log, loud ? VIT_LOG_ERROR : VIT_LOG_DEBUG, "shader %s:%.*s", file,
                           (int)(length - (size_t)(rest - text)), rest);
+        failed = failed && !loud;
         text += length + (text[length] == '\n');
-        if (failed)
-            break; /* one line an error; the whole log is there at debug level */
     }
+}
+
+/* What one stage is made of, in this order. */
+struct parts {
+    struct source prelude, common, psi, body;
+};
+
+static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, const char *defines, struct parts *parts)
+{
+    bool fragment = type == GL_FRAGMENT_SHADER;
+    *parts = (struct parts){.common.text = "", .psi.text = ""};
+    return load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &parts->prelude) &&
+           load(gl, name, &parts->body) && (!fragment || load(gl, "common.glsl", &parts->common)) &&
+           (!fragment || !strstr(defines, "#define VIT_PSI\n") || load(gl, "psi.glsl", &parts->psi));
+}
+
+static void free_parts(struct parts *parts)
+{
+    vit_free(parts->prelude.owned);
+    vit_free(parts->common.owned);
+    vit_free(parts->psi.owned);
+    vit_free(parts->body.owned);
+}
+
+static bool compile_parts(const struct vit_gl *gl, GLuint shader, GLenum type, const char *name, const char *defines,
+                          const struct parts *parts)
+{
+    const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
+    /* #version must come first, so the stage and variant follow it as the prelude's first line ends. */
+    const char *version_end = strchr(parts->prelude.text, '\n');
+    GLint version_length = version_end ? (GLint)(version_end - parts->prelude.text + 1) : 0;
+    const char *texts[] = {parts->prelude.text,
+                           stage,
+                           defines,
+                           "#line 2 1\n",
+                           parts->prelude.text + version_length,
+                           "\n#line 1 2\n",
+                           parts->common.text,
+                           "\n#line 1 3\n",
+                           parts->psi.text,
+                           "\n#line 1 0\n",
+                           parts->body.text};
+    const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    glShaderSource(shader, VIT_ARRAY_LENGTH(texts), texts, lengths);
+    glCompileShader(shader);
+    GLint compiled = 0;
+    char info[4096] = "";
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+    glGetShaderInfoLog(shader, sizeof info, NULL, info);
+    print_info_log(gl, compiled || info[0] ? info : "did not compile", name, !compiled);
+    return compiled;
 }
 
 static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const char *defines)
 {
-    struct source prelude = {0}, common = {.text = ""}, psi = {.text = ""}, body = {0};
-    bool fragment = type == GL_FRAGMENT_SHADER;
+    struct parts parts;
     GLuint shader = 0;
-    if (load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &prelude) &&
-        load(gl, name, &body) && (!fragment || load(gl, "common.glsl", &common)) &&
-        (!fragment || !strstr(defines, "#define VIT_PSI\n") || load(gl, "psi.glsl", &psi)))
+    if (load_parts(gl, type, name, defines, &parts)) {
         shader = vit_fault() ? 0 : glCreateShader(type);
-    if (shader) {
-        const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
-        /* #version must come first, so the stage and variant follow it as the prelude's first line ends. */
-        const char *version_end = strchr(prelude.text, '\n');
-        GLint version_length = version_end ? (GLint)(version_end - prelude.text + 1) : 0;
-        const char *texts[] = {
-            prelude.text,    stage,       defines,         "#line 2 1\n", prelude.text + version_length,
-            "\n#line 1 2\n", common.text, "\n#line 1 3\n", psi.text,      "\n#line 1 0\n",
-            body.text};
-        const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-        glShaderSource(shader, VIT_ARRAY_LENGTH(texts), texts, lengths);
-        glCompileShader(shader);
-        GLint compiled = 0;
-        char info[4096] = "";
-        glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-        glGetShaderInfoLog(shader, sizeof info, NULL, info);
-        print_info_log(gl, compiled || info[0] ? info : "did not compile", name, !compiled);
-        if (!compiled) {
+        if (!shader)
+            vit_error(gl->log, "shader %s: GL gives none", name);
+        else if (!compile_parts(gl, shader, type, name, defines, &parts)) {
             glDeleteShader(shader);
             shader = 0;
         }
     }
-    vit_free(prelude.owned);
-    vit_free(common.owned);
-    vit_free(psi.owned);
-    vit_free(body.owned);
+    free_parts(&parts);
     return shader;
 }
 
@@ -118,6 +148,8 @@ static GLuint compile_stage(struct vit_gl *gl, GLenum type, const char *name, co
                             const char *defines)
 {
     char *file = vit_strprintf("%s.%s", name, extension);
+    if (!file || !defines)
+        vit_error(gl->log, "shader %s.%s: out of memory", name, extension);
     GLuint shader = file && defines ? compile(gl, type, file, defines) : 0;
     vit_free(file);
     return shader;
@@ -129,8 +161,10 @@ unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *
     GLuint vertex = compile_stage(gl, GL_VERTEX_SHADER, name, "vert", lines);
     GLuint fragment = vertex ? compile_stage(gl, GL_FRAGMENT_SHADER, name, "frag", lines) : 0;
     vit_free(lines);
-    GLuint program = vertex && fragment ? glCreateProgram() : 0;
+    GLuint program = vertex && fragment && !vit_fault() ? glCreateProgram() : 0;
     GLint linked = 0;
+    if (vertex && fragment && !program)
+        vit_error(gl->log, "shader %s: GL gives no program", name);
     if (program) {
         char info[4096] = "";
         glAttachShader(program, vertex);

@@ -27,13 +27,15 @@ bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsig
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target->texture, 0);
         status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
     }
-    if (!vit_gl_check(gl, "framebuffer") || status != GL_FRAMEBUFFER_COMPLETE) {
-        vit_error(gl->log, "no framebuffer of %d x %d (format 0x%x, status 0x%x)", width, height, internal_format,
-                  status);
+    char where[64];
+    snprintf(where, sizeof where, "framebuffer of %d x %d pixels (--size)", width, height);
+    bool good = vit_gl_check(gl, where);
+    if (good && status != GL_FRAMEBUFFER_COMPLETE)
+        vit_error(gl->log, "%s: incomplete (format 0x%x, status 0x%x)", where, internal_format, status);
+    good = good && status == GL_FRAMEBUFFER_COMPLETE;
+    if (!good)
         vit_gl_target_destroy(gl, target);
-        return false;
-    }
-    return true;
+    return good;
 }
 
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target)

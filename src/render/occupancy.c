@@ -17,7 +17,13 @@ bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, c
         return false;
     }
     const size_t *n = plan->occupancy_n;
-    glGenTextures(1, &occupancy->texture);
+    if (!vit_fault())
+        glGenTextures(1, &occupancy->texture);
+    if (!occupancy->texture) {
+        vit_error(vit_gl_log(gl), "empty-space texture: GL gives none");
+        vit_free(cells);
+        return false;
+    }
     glBindTexture(GL_TEXTURE_3D, occupancy->texture);
     glTexStorage3D(GL_TEXTURE_3D, 1, GL_R8, (GLsizei)n[0], (GLsizei)n[1], (GLsizei)n[2]);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -31,7 +37,10 @@ bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, c
     vit_free(cells);
     occupancy->made_from = hash;
     occupancy->bytes = plan->occupancy_bytes;
-    return vit_gl_check(gl, "empty-space texture");
+    bool good = vit_gl_check(gl, "empty-space texture");
+    if (!good)
+        vit_occupancy_clear(occupancy);
+    return good;
 }
 
 void vit_occupancy_clear(struct vit_occupancy *occupancy)

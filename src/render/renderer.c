@@ -139,7 +139,7 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
         return false;
     }
     renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes + renderer->occupancy.bytes;
-    renderer->stats.setup_ms = (double)(vit_clock_ns() - start) * 1e-6;
+    renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
     return true;
 }
 
@@ -303,16 +303,17 @@ bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
 {
     int width = renderer->target.width, height = renderer->target.height;
     size_t row_floats = (size_t)width * 4;
-    if (!vit_frame_init(frame, width, height)) {
+    bool bytes = renderer->target.internal_format == GL_RGBA8;
+    uint8_t *row = bytes ? vit_alloc(row_floats, 1) : NULL;
+    *frame = (struct vit_frame){0};
+    if ((bytes && !row) || !vit_frame_init(frame, width, height)) {
         vit_error(vit_gl_log(renderer->gl), "out of memory for a picture of %d x %d", width, height);
+        vit_free(row);
         return false;
     }
     glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.framebuffer);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    bool bytes = renderer->target.internal_format == GL_RGBA8;
-    uint8_t *row = bytes ? vit_alloc(row_floats, 1) : NULL;
-    bool good = !bytes || row;
-    for (int y = 0; y < height && good; y++) {
+    for (int y = 0; y < height; y++) {
         float *out = frame->rgba + (size_t)(height - 1 - y) * row_floats; /* GL's row 0 is the lowest */
         if (bytes) {
             glReadPixels(0, y, width, 1, GL_RGBA, GL_UNSIGNED_BYTE, row);
@@ -323,7 +324,7 @@ bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
         }
     }
     vit_free(row);
-    good = vit_gl_check(renderer->gl, "reading the picture") && good;
+    bool good = vit_gl_check(renderer->gl, "reading the picture");
     if (!good)
         vit_frame_clear(frame);
     return good;

@@ -36,7 +36,10 @@ static bool segments_open(struct vit_gl *gl, struct segments *s, int side, doubl
     glBindFramebuffer(GL_FRAMEBUFFER, s->target.framebuffer);
     glViewport(0, 0, side, side);
     glDisable(GL_BLEND);
-    return vit_gl_check(gl, "segments");
+    bool good = vit_gl_check(gl, "segments");
+    if (!good)
+        segments_close(gl, s);
+    return good;
 }
 
 bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *abzp)

@@ -7,6 +7,7 @@ static uint64_t hash_table(const struct vit_plan *plan)
     hash = vit_hash_bytes(hash, &plan->axis.entries, sizeof plan->axis.entries);
     hash = vit_hash_bytes(hash, plan->axis.hu, ((size_t)plan->axis.segments + 1) * sizeof plan->axis.hu[0]);
     hash = vit_hash_bytes(hash, &plan->table_rows, sizeof plan->table_rows);
+    hash = vit_hash_bytes(hash, &plan->table_float, sizeof plan->table_float);
     return vit_hash_bytes(hash, &plan->table_mm, sizeof plan->table_mm);
 }
 
@@ -39,7 +40,13 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
         return false;
     }
     fill(plan, rgba);
-    glGenTextures(1, &table->texture);
+    if (!vit_fault())
+        glGenTextures(1, &table->texture);
+    if (!table->texture) {
+        vit_error(vit_gl_log(gl), "look-up table of %d x %d: GL gives no texture", width, height);
+        vit_free(rgba);
+        return false;
+    }
     glBindTexture(GL_TEXTURE_2D, table->texture);
     glTexStorage2D(GL_TEXTURE_2D, 1, plan->table_float ? GL_RGBA32F : GL_RGBA16F, width, height);
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
@@ -50,7 +57,10 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
     vit_free(rgba);
     table->made_from = hash;
     table->bytes = plan->table_bytes;
-    return vit_gl_check(gl, "look-up table");
+    bool good = vit_gl_check(gl, "look-up table");
+    if (!good)
+        vit_table_clear(table);
+    return good;
 }
 
 void vit_table_clear(struct vit_table *table)

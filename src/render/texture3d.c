@@ -200,13 +200,13 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
         glTexStorage3D(GL_TEXTURE_3D, 1, formats[plan->texel].internal_format, (GLsizei)plan->n[0], (GLsizei)plan->n[1],
                        (GLsizei)plan->n[2]);
     }
-    if (!texture->texture || !vit_gl_check(gl, "3D texture")) {
-        vit_error(vit_gl_log(gl),
-                  "no room for a 3D texture of %zu x %zu x %zu %s (%.0f MiB); try --set sampling.texture_bits=8",
-                  plan->n[0], plan->n[1], plan->n[2], vit_texel_name(plan->texel),
-                  (double)plan->texture_bytes / 1048576);
+    char where[128];
+    snprintf(where, sizeof where, "3D texture of %zu x %zu x %zu %s (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],
+             vit_texel_name(plan->texel), (double)plan->texture_bytes / 1048576);
+    if (!texture->texture)
+        vit_error(vit_gl_log(gl), "%s: GL gives none", where);
+    if (!texture->texture || !vit_gl_check(gl, where))
         return false;
-    }
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
