@@ -135,7 +135,15 @@ fi
 snapshot 4 "a 3D texture too large for the driver" phantom:cube-letters --gl-limit max_3d_texture_size=64
 refused 4 "a 3D texture too large: plan says so too" plan phantom:cube-letters --gl-limit max_3d_texture_size=64
 snapshot 4 "no 3D textures at all" phantom:block --gl-limit max_3d_texture_size=0
+snapshot 4 "OpenGL ES 2" phantom:block --gl-limit gles_major=2
+snapshot 4 "a picture too large for the driver's textures" phantom:block --gl-limit max_texture_size=24
+refused 4 "a picture too large for the driver's textures: plan says so too" plan phantom:block --gl-limit max_texture_size=24
+refused 4 "a look-up table too large for the driver's textures" snapshot phantom:block --size 16x16 --preset mip --gl-limit max_texture_size=16 -o out.png
+snapshot 2 "an unknown GL limit, though the reference needs no GL" phantom:block --path reference --gl-limit wheels=4
 snapshot 4 "a texture memory too small" phantom:head --gl-limit max_texture_mib=8
+export LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=nonsense
+snapshot 4 "an EGL driver that fails, and its own warnings" phantom:block
+unset LIBGL_ALWAYS_SOFTWARE GALLIUM_DRIVER
 export __EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent
 snapshot 4 "no EGL driver" phantom:block
 refused 4 "no EGL driver: caps" caps
