@@ -24,7 +24,7 @@ VIT_NODISCARD bool vit_volume_info_check(const struct vit_volume_info *info, con
 size_t vit_volume_info_bytes(const struct vit_volume_info *info); /* of a checked info */
 
 struct vit_volume;
-/* A new volume of zeros to be filled through vit_volume_samples_mut, then finished. NULL: logged. */
+/* A new volume, to be filled whole through vit_volume_samples_mut (nothing is cleared), then finished. NULL: logged. */
 struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const struct vit_log *log);
 void *vit_volume_samples_mut(struct vit_volume *volume); /* NULL once finished */
 /* Computes statistics (parallel); from here on the volume is constant. */
@@ -45,10 +45,11 @@ struct vit_volume_stats {
     /* Least and greatest raw value of each brick, its neighbours' adjoining samples included (one voxel on every side,
      * so that interpolation inside the brick stays within): [(bk·bricks[1] + bj)·bricks[0] + bi]. */
     const int32_t *brick_min, *brick_max;
-    /* Samples per raw value: histogram[raw - raw_min], raw_max - raw_min + 1 entries. */
-    const uint64_t *histogram;
 };
 const struct vit_volume_stats *vit_volume_get_stats(const struct vit_volume *volume);
+/* Samples per raw value of a finished volume: histogram[raw - raw_min], raw_max - raw_min + 1 entries. Counted at every
+ * call, in parallel. False when out of memory. */
+VIT_NODISCARD bool vit_volume_histogram(const struct vit_volume *volume, uint64_t *histogram);
 
 /* Length of the three voxel edges [mm], and of the shortest. */
 struct vit_vec3 vit_volume_spacing_mm(const struct vit_volume_info *info);

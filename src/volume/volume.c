@@ -87,7 +87,7 @@ struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const s
     if (!volume)
         goto fail;
     volume->info = *info;
-    volume->samples = vit_alloc_zero(vit_volume_info_bytes(info), 1);
+    volume->samples = vit_alloc(vit_volume_info_bytes(info), 1);
     if (!volume->samples)
         goto fail;
     return volume;
@@ -121,7 +121,6 @@ void vit_volume_destroy(struct vit_volume **volume)
     vit_free((*volume)->samples);
     vit_free((*volume)->brick_min);
     vit_free((*volume)->brick_max);
-    vit_free((*volume)->histogram);
     vit_free(*volume);
     *volume = NULL;
 }

@@ -10,7 +10,6 @@ struct vit_volume {
     bool finished;
     struct vit_volume_stats stats;
     int32_t *brick_min, *brick_max; /* owned; stats points at them */
-    uint64_t *histogram;
 };
 
 /* Fills volume->stats (stats.c). False: out of memory, logged. */
