@@ -4,17 +4,10 @@
 #define VITRINE_CONFIG_H
 
 #include "vitrine/core.h"
+#include "vitrine/material.h"
 #include "vitrine/optics.h"
 
 enum vit_shading { VIT_SHADING_UNKNOWN = 0, VIT_SHADING_NONE, VIT_SHADING_LUT, VIT_SHADING_COUNT };
-enum vit_sphere { VIT_SPHERE_UNKNOWN = 0, VIT_SPHERE_PENTAKIS, VIT_SPHERE_ICOSAHEDRON, VIT_SPHERE_COUNT };
-enum vit_kernel {
-    VIT_KERNEL_UNKNOWN = 0,
-    VIT_KERNEL_CENTRAL,
-    VIT_KERNEL_SOBEL,
-    VIT_KERNEL_INTERMEDIATE,
-    VIT_KERNEL_COUNT
-};
 enum vit_face {
     VIT_FACE_RIGHT = 0,
     VIT_FACE_LEFT,
@@ -25,19 +18,6 @@ enum vit_face {
     VIT_FACE_COUNT
 };
 
-#define VIT_LIGHTS_MAX 4
-struct vit_light {
-    double direction[3]; /* toward the light, eye space: x right, y up, z to the viewer */
-    double color[3];
-};
-struct vit_boundary {
-    double hu, scale, reach_vox;
-};
-struct vit_gradient_point {
-    double gradient; /* HU/mm */
-    double factor;
-};
-
 /* One preset, as in ARCHITECTURE.md "Preset file". Made by vit_preset_*, constant afterwards. */
 struct vit_preset {
     char *name, *description;
@@ -45,7 +25,7 @@ struct vit_preset {
     struct vit_transfer transfer;
     struct {
         enum vit_shading model;
-        enum vit_sphere sphere;
+        enum vit_sphere_kind sphere;
         int subdivision;
         struct vit_light lights[VIT_LIGHTS_MAX];
         int light_count;

@@ -164,6 +164,13 @@ enum vit_projection {
     VIT_PROJECTION_PERSPECTIVE,
     VIT_PROJECTION_COUNT
 };
+enum vit_kernel {
+    VIT_KERNEL_UNKNOWN = 0,
+    VIT_KERNEL_CENTRAL,
+    VIT_KERNEL_SOBEL,
+    VIT_KERNEL_INTERMEDIATE,
+    VIT_KERNEL_COUNT
+};
 
 /* The names the command line and presets use ("composite", "linear", "pre", "3d", "ortho"); "unknown" out of range. */
 const char *vit_technique_name(enum vit_technique technique);
@@ -171,6 +178,7 @@ const char *vit_filter_name(enum vit_filter filter);
 const char *vit_classify_name(enum vit_classify classify);
 const char *vit_path_name(enum vit_path path);
 const char *vit_projection_name(enum vit_projection projection);
+const char *vit_kernel_name(enum vit_kernel kernel);
 
 /* What the user looks at. Angles as in ARCHITECTURE.md "Geometry". */
 struct vit_view {

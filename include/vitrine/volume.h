@@ -1,5 +1,5 @@
 /* volume: a CT volume as 16-bit samples with geometry; how it is made from NRRD, from phantoms, or by a reader that
- * fills the samples itself. A volume never changes after it is finished. */
+ * fills the samples itself; the gradient at its samples. A volume never changes after it is finished. */
 #ifndef VITRINE_VOLUME_H
 #define VITRINE_VOLUME_H
 
@@ -56,6 +56,26 @@ struct vit_vec3 vit_volume_spacing_mm(const struct vit_volume_info *info);
 double vit_volume_spacing_min_mm(const struct vit_volume_info *info);
 /* The volume's box, n·Δ per axis: unit cube → mm (sample centres half a voxel inside). WVW94 2.2.1. */
 struct vit_mat4 vit_volume_mm_from_tex(const struct vit_volume_info *info);
+
+/* ---- gradient of HU --------------------------------------------------------------------------------------- */
+
+/* How differences are taken along the three voxel axes; at the volume's border all of them are one-sided, along an axis
+ * of one sample the difference is 0. A table; kernel VIT_KERNEL_UNKNOWN ends. */
+struct vit_gradient_kernel {
+    enum vit_kernel kernel;
+    const char *help; /* one line */
+};
+extern const struct vit_gradient_kernel vit_gradient_kernels[];
+
+/* Gradient [HU/mm] in LPS space at the centre of sample (i, j, k), each within the volume: differences along the voxel
+ * axes times the inverse transpose of lps_mm_from_vox, so shear and anisotropy are accounted for. The differences are
+ * exact (whole numbers); never NaN or infinite: a slope/spacing beyond 1e±30 HU/mm is scaled back, direction kept.
+ * Exact for HU linear in space; for curved HU see the figures printed by tests/unit/volume_gradient_test.c. */
+struct vit_vec3 vit_volume_gradient(const struct vit_volume *volume, enum vit_kernel kernel, size_t i, size_t j,
+                                    size_t k);
+/* The same in single precision for `count` samples along i, the first at (i, j, k). Any number of threads at once. */
+void vit_volume_gradient_row(const struct vit_volume *volume, enum vit_kernel kernel, const size_t first[3],
+                             size_t count, float (*hu_per_mm)[3]);
 
 /* NRRD ↔ volume. Integer types of 8 and 16 bits are kept as they are; wider and float types are quantised to 65535 even
  * steps over their finite range (a warning states the step). Files with no orientation are taken as axial LPS. */

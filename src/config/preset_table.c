@@ -61,7 +61,7 @@ const struct vit_key vit_keys[] = {
     WORD("shading.model", AT(shading.model), "none", shading, "unlit, or lit through a table of directions")
     WORD("shading.sphere", AT(shading.sphere), "pentakis", sphere,
          "the solid of 60 or 20 triangles whose division gives the directions")
-    RANGE("shading.subdivision", INTEGER, AT(shading.subdivision), "", 0, 7, "4", ALWAYS, "how often each triangle is split in 4")
+    RANGE("shading.subdivision", INTEGER, AT(shading.subdivision), "", 0, 6, "4", ALWAYS, "how often each triangle is split in 4; pentakis: up to 5")
     RANGE("shading.light", LIGHT, AT(shading.lights), "", -1e3, 1e3, "[0.3, 0.4, 1]", ALWAYS,
           "one white light: direction toward it in eye space, x right, y up, z to the viewer")
     RANGE("shading.lights", LIST, AT(shading.lights), "", 1, VIT_LIGHTS_MAX, "none", ALWAYS, "instead of light")

@@ -32,16 +32,12 @@ static const char *shading_name(int value)
 
 static const char *sphere_name(int value)
 {
-    static const char *const names[VIT_SPHERE_COUNT] = {
-        [VIT_SPHERE_PENTAKIS] = "pentakis", [VIT_SPHERE_ICOSAHEDRON] = "icosahedron"};
-    return pick(names, VIT_SPHERE_COUNT, value);
+    return vit_sphere_kind_name((enum vit_sphere_kind)value);
 }
 
 static const char *kernel_name(int value)
 {
-    static const char *const names[VIT_KERNEL_COUNT] = {
-        [VIT_KERNEL_CENTRAL] = "central", [VIT_KERNEL_SOBEL] = "sobel", [VIT_KERNEL_INTERMEDIATE] = "intermediate"};
-    return pick(names, VIT_KERNEL_COUNT, value);
+    return vit_kernel_name((enum vit_kernel)value);
 }
 
 /* The value is the number itself, so only two of the seventeen are names. */

@@ -10,11 +10,13 @@ static const char *const filter_names[] = {"unknown", "linear", "nearest"};
 static const char *const classify_names[] = {"unknown", "pre", "post", "slab"};
 static const char *const path_names[] = {"unknown", "auto", "3d", "stacks", "reference"};
 static const char *const projection_names[] = {"unknown", "ortho", "perspective"};
+static const char *const kernel_names[] = {"unknown", "central", "sobel", "intermediate"};
 _Static_assert(VIT_ARRAY_LENGTH(technique_names) == VIT_TECHNIQUE_COUNT, "a name for every technique");
 _Static_assert(VIT_ARRAY_LENGTH(filter_names) == VIT_FILTER_COUNT, "a name for every filter");
 _Static_assert(VIT_ARRAY_LENGTH(classify_names) == VIT_CLASSIFY_COUNT, "a name for every classification");
 _Static_assert(VIT_ARRAY_LENGTH(path_names) == VIT_PATH_COUNT, "a name for every path");
 _Static_assert(VIT_ARRAY_LENGTH(projection_names) == VIT_PROJECTION_COUNT, "a name for every projection");
+_Static_assert(VIT_ARRAY_LENGTH(kernel_names) == VIT_KERNEL_COUNT, "a name for every kernel");
 
 #define NAME_OF(names, value) ((size_t)(value) < VIT_ARRAY_LENGTH(names) ? (names)[value] : (names)[0])
 
@@ -41,6 +43,11 @@ const char *vit_path_name(enum vit_path path)
 const char *vit_projection_name(enum vit_projection projection)
 {
     return NAME_OF(projection_names, projection);
+}
+
+const char *vit_kernel_name(enum vit_kernel kernel)
+{
+    return NAME_OF(kernel_names, kernel);
 }
 
 static const struct {
