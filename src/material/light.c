@@ -143,17 +143,21 @@ static void shade_block(const struct vit_sphere *sphere, const struct beam *beam
     }
 }
 
-static void add_light(const struct vit_sphere *sphere, const struct beam *beam, struct vit_lit *table)
+/* Colours of a block of directions, one array a channel: those are vectors, the table's rows are not. */
+struct channels {
+    float body[3][BLOCK], shine[3][BLOCK];
+};
+
+static void add_beam(const struct beam *beam, size_t count, const float *restrict lit, const float *restrict highlight,
+                     struct channels *restrict to)
 {
-    float lit[BLOCK], highlight[BLOCK];
-    for (size_t first = 1; first <= sphere->count; first += BLOCK) {
-        size_t count = sphere->count + 1 - first < BLOCK ? sphere->count + 1 - first : BLOCK;
-        shade_block(sphere, beam, first, count, lit, highlight);
-        for (size_t i = 0; i < count; i++)
-            for (int c = 0; c < 3; c++) {
-                table[first + i].body[c] += beam->body[c] * lit[i];
-                table[first + i].shine[c] += beam->shine[c] * highlight[i];
-            }
+    for (int c = 0; c < 3; c++) {
+        const float body = beam->body[c], shine = beam->shine[c];
+#pragma omp simd
+        for (size_t i = 0; i < count; i++) {
+            to->body[c][i] += body * lit[i];
+            to->shine[c][i] += shine * highlight[i];
+        }
     }
 }
 
@@ -161,10 +165,25 @@ void vit_material_table_fill(const struct vit_sphere *sphere, const struct vit_m
                              const struct vit_lighting *lighting, struct vit_lit *table)
 {
     const float ambient = (float)material->ambient;
-    for (size_t i = 0; i <= sphere->count; i++)
-        table[i] = (struct vit_lit){{ambient, ambient, ambient}, {0, 0, 0}};
-    for (int l = 0; l < lighting->count; l++) {
-        const struct beam beam = beam_of(material, lighting, l);
-        add_light(sphere, &beam, table);
+    struct beam beam[VIT_LIGHTS_MAX];
+    float lit[BLOCK], highlight[BLOCK];
+    struct channels sum;
+    for (int l = 0; l < lighting->count; l++)
+        beam[l] = beam_of(material, lighting, l);
+    table[0] = (struct vit_lit){{ambient, ambient, ambient}, {0, 0, 0}};
+    for (size_t first = 1; first <= sphere->count; first += BLOCK) {
+        const size_t count = sphere->count + 1 - first < BLOCK ? sphere->count + 1 - first : BLOCK;
+        for (size_t i = 0; i < count; i++)
+            for (int c = 0; c < 3; c++) {
+                sum.body[c][i] = ambient;
+                sum.shine[c][i] = 0;
+            }
+        for (int l = 0; l < lighting->count; l++) {
+            shade_block(sphere, &beam[l], first, count, lit, highlight);
+            add_beam(&beam[l], count, lit, highlight, &sum);
+        }
+        for (size_t i = 0; i < count; i++)
+            table[first + i] = (struct vit_lit){{sum.body[0][i], sum.body[1][i], sum.body[2][i]},
+                                                {sum.shine[0][i], sum.shine[1][i], sum.shine[2][i]}};
     }
 }

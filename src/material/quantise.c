@@ -14,15 +14,20 @@
 #define LEAST 1e-15F /* lengths whose squares are good floats */
 #define MOST  1e15F
 
+static inline double dot_of(struct vit_vec3 a, struct vit_vec3 b) /* core's is a call */
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
 uint16_t vit_sphere_walk(const struct vit_sphere *sphere, uint16_t at, struct vit_vec3 v)
 {
-    const double square = vit_vec3_dot(v, v);
-    double best = vit_vec3_dot(sphere->exact[at], v);
+    const double square = dot_of(v, v);
+    double best = dot_of(sphere->exact[at], v);
     for (uint16_t from = 0; from != at;) {
         from = at;
         for (int n = 0; n < VIT_SPHERE_NEIGHBORS; n++) {
             uint16_t to = sphere->neighbor[from][n];
-            double dot = vit_vec3_dot(sphere->exact[to], v);
+            double dot = dot_of(sphere->exact[to], v);
             at = dot > best ? to : at;
             best = dot > best ? dot : best;
         }

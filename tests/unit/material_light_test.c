@@ -171,15 +171,16 @@ static void highlights_are_where_the_formula_says(void **state)
         const struct vit_light light = {
             {vit_vec3_dot(l, camera.right), vit_vec3_dot(l, camera.up), vit_vec3_dot(l, camera.toward_eye)}, {1, 1, 1}};
         const struct vit_lighting lighting = vit_lighting_make(&light, 1, &camera);
-        /* the formula's own maximum is at H; lit, because N·L > 0 there */
-        if (vit_vec3_dot(lighting.halfway[0], lighting.toward_light[0]) < 0.1)
+        /* the formula's own maximum is at H, where N·L > 0 unless the light is behind */
+        const struct vit_vec3 halfway = vit_vec3_normalize(vit_vec3_add(vit_vec3_normalize(l), camera.toward_eye));
+        if (vit_vec3_dot(halfway, l) < 0.1 * vit_vec3_length(l))
             continue;
         vit_material_table_fill(sphere, &material, &lighting, table);
         uint16_t best = 1;
         for (size_t d = 1; d <= vit_sphere_count(sphere); d++)
             if (table[d].shine[1] > table[best].shine[1])
                 best = (uint16_t)d;
-        worst = fmax(worst, acos(fmin(1, vit_vec3_dot(vit_sphere_direction(sphere, best), lighting.halfway[0]))));
+        worst = fmax(worst, acos(fmin(1, vit_vec3_dot(vit_sphere_direction(sphere, best), halfway))));
     }
     const double degrees = 180 / acos(-1);
     print_message("# highlight off by at most %.3f degrees, the sphere's radius is %.3f\n", worst * degrees,
