@@ -44,10 +44,13 @@ void main()
     vec3 along = tex_toward;
     float stretch = 1.0 / slab_mm;
 #endif
-    // A ray in parallel to a face would divide 0 by 0.
-    vec3 divisor = mix(along, vec3(1e-20), vec3(lessThan(abs(along), vec3(1e-20))));
-    vec3 at_low = (box_low - base) / divisor;
-    vec3 at_high = (box_high - base) / divisor;
+    // A ray in parallel to two faces (to within a billionth of the box on its way) is between them or not; one that
+    // runs in a face is in, as in the reference. It must not end where it "crosses" that face.
+    float most = max(max(abs(along.x), abs(along.y)), abs(along.z));
+    vec3 level = vec3(lessThanEqual(abs(along), vec3(1e-9 * most)));
+    vec3 divisor = mix(along, vec3(1e-20), level);
+    vec3 at_low = (box_low - 1e-6 * level - base) / divisor;
+    vec3 at_high = (box_high + 1e-6 * level - base) / divisor;
     vec3 enter = min(at_low, at_high);
     vec3 leave = max(at_low, at_high);
     float far_mm = max(max(enter.x, enter.y), enter.z);
@@ -114,7 +117,9 @@ void main()
             continue;
         // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
         if (abs(k - 1.0) > 1e-4) {
-            float thicker = 1.0 - pow(max(1.0 - slab.a, 0.0), k);
+            // Opaque stays opaque in however thin a slab: filters make 1 a little less, and 0 to a small power is not 0
+            // where a driver takes it from a logarithm.
+            float thicker = slab.a < 0.9999995 ? 1.0 - pow(1.0 - slab.a, k) : 1.0;
             slab *= slab.a > 1e-6 ? thicker / slab.a : k;
         }
         sum += (1.0 - sum.a) * slab;
