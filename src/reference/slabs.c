@@ -50,7 +50,8 @@ static void add_pre(struct ref_light *light, const struct ref_walk *walk, double
             rgba[c] += weight[i] * texel[c];
     }
     double k = (to - from) * walk->mm / r->plan->slab_mm;
-    double alpha = rgba[3] < 1 ? -expm1(k * log1p(-rgba[3])) : 1;
+    /* Weights add up to 1 but for the last bits: opaque must stay opaque in however thin a slab. */
+    double alpha = rgba[3] < 1 - 0x1p-48 ? -expm1(k * log1p(-rgba[3])) : 1;
     double scale = rgba[3] > 0 ? alpha / rgba[3] : k;
     for (int c = 0; c < 3; c++)
         rgba[c] *= scale;
