@@ -80,7 +80,14 @@ static void put_row(FILE *out, const struct report_row *row, bool bounds)
     }
     if (bounds) {
         put_number(out, row->bound);
-        fputs(isnan(row->bound) ? "<td></td>" : report_row_passes(row) ? "<td>pass</td>" : "<td>FAIL</td>", out);
+        fputs(row->skipped             ? "<td>skipped"
+              : isnan(row->bound)      ? "<td>"
+              : report_row_passes(row) ? "<td>pass"
+                                       : "<td>FAIL",
+              out);
+        fputs("</td><td class=name>", out);
+        put_escaped(out, row->skipped ? row->skipped : row->bound_from ? row->bound_from : "");
+        fputs("</td>", out);
     }
 #define REPORT_CELL(name, help) put_number(out, row->name);
     REPORT_NUMBERS(REPORT_CELL)
@@ -95,7 +102,7 @@ static void put_table(const struct report *report, FILE *out)
         bounds = bounds || !isnan(report->rows[i].bound);
     fputs("<table><thead><tr><th class=name>case</th><th class=name>method</th>", out);
     if (bounds)
-        fputs("<th>bound</th><th></th>", out);
+        fputs("<th>bound</th><th></th><th class=name>bound from</th>", out);
 #define REPORT_HEAD(name, help) fputs("<th title=\"" help "\">" #name "</th>", out);
     REPORT_NUMBERS(REPORT_HEAD)
 #undef REPORT_HEAD

@@ -27,8 +27,10 @@ struct report_row {
 #define REPORT_FIELD(name, help) double name;
     REPORT_NUMBERS(REPORT_FIELD)
 #undef REPORT_FIELD
-    double bound;  /* NaN: none; else the row passes if err_max <= bound. Not in the CSV */
-    bool unstable; /* NaN or infinity came out */
+    double bound;           /* NaN: none; else the row passes if err_max <= bound. Not in the CSV */
+    const char *bound_from; /* what the bound follows from, a constant; NULL: not said */
+    const char *skipped;    /* why nothing was measured, a constant; NULL: it was */
+    bool unstable;          /* NaN or infinity came out */
 };
 
 struct report {
@@ -44,7 +46,7 @@ VIT_NODISCARD bool report_open(struct report *report);
 void report_close(struct report *report);
 /* A row with every number NaN. Never NULL: without memory it is a row that is thrown away, and `failed` is set. */
 struct report_row *report_add(struct report *report, const char *case_name, const char *method);
-bool report_row_passes(const struct report_row *row);
+bool report_row_passes(const struct report_row *row); /* a skipped row does not fail; it is no pass either */
 void report_write_rows(struct report *report);
 
 /* Errors taken one by one, in order. */

@@ -59,7 +59,7 @@ struct report_row *report_add(struct report *report, const char *case_name, cons
 
 bool report_row_passes(const struct report_row *row)
 {
-    return isnan(row->bound) || (!row->unstable && row->err_max <= row->bound);
+    return row->skipped || isnan(row->bound) || (!row->unstable && row->err_max <= row->bound);
 }
 
 void report_take(struct report_errors *errors, double got, double wanted)
@@ -149,7 +149,11 @@ static bool write_json(const struct report *report, FILE *out)
 #define REPORT_VALUE(name, help) json_object_set_new(object, #name, number(row->name));
         REPORT_NUMBERS(REPORT_VALUE)
 #undef REPORT_VALUE
-        if (!isnan(row->bound)) {
+        if (row->bound_from)
+            json_object_set_new(object, "bound_from", json_string(row->bound_from));
+        if (row->skipped) {
+            json_object_set_new(object, "skipped", json_string(row->skipped));
+        } else if (!isnan(row->bound)) {
             json_object_set_new(object, "bound", number(row->bound));
             json_object_set_new(object, "pass", json_boolean(report_row_passes(row)));
         }

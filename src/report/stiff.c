@@ -1,252 +1,40 @@
-/* The `stiff` report: the optics' cases of OPTICS.md §4. Truth is never the formula under test: it is the same integral
- * cut in two, a closed form, or the other precision. */
-#include "report_private.h"
+/* The `stiff` report: the stiff and extreme cases of OPTICS.md §4, each with a bound and what the bound follows from.
+ */
+#include "stiff_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "vitrine/optics.h"
+#include "vitrine/gl.h"
 
-/* 0, 1e-30 … 1e30, ∞ */
-#define DEPTHS 63
-static double depth_at(int i)
+struct report_row *stiff_add(struct stiff *stiff, const char *case_name, const char *method, const char *bound_from)
 {
-    return i == 0 ? 0 : i == DEPTHS - 1 ? INFINITY : pow(10, i - 31);
+    struct report_row *row = report_add(stiff->report, case_name, method);
+    row->bound_from = bound_from;
+    row->bound = 0; /* what is left without a bound fails, unless it is perfect */
+    return row;
 }
 
-/* Ψ of the two halves put together. */
-static double psi_of_halves(double a, double b)
+void stiff_skip(struct stiff *stiff, const char *case_name, const char *method, const char *why)
 {
-    double m = 0.5 * a + 0.5 * b;
-    return 0.5 * (vit_psi(0.5 * m, 0.5 * b) + vit_zeta(0.5 * m, 0.5 * b) * vit_psi(0.5 * a, 0.5 * m));
+    struct report_row *row = report_add(stiff->report, case_name, method);
+    row->skipped = why;
+    vit_info(stiff->report->log, "report stiff: skipped: %s (%s): %s", case_name, method, why);
 }
 
-static void depths_double(struct report_errors *errors)
+bool stiff_step(struct stiff *stiff)
 {
-    for (int i = 0; i < DEPTHS * DEPTHS; i++) {
-        double a = depth_at(i % DEPTHS), b = depth_at(i / DEPTHS);
-        report_take(errors, vit_psi(a, b), isinf(a) || isinf(b) ? 0 : psi_of_halves(a, b));
-    }
+    /* About as many rows as there are; only the progress line depends on it. */
+    size_t total = 200;
+    stiff->cancelled = stiff->cancelled ||
+                       !vit_progress_step(stiff->report->progress, "stiff cases", stiff->report->count % total, total);
+    return !stiff->cancelled;
 }
-
-static void depths_single(struct report_errors *errors)
-{
-    for (int i = 0; i < DEPTHS * DEPTHS; i++) {
-        double a = depth_at(i % DEPTHS), b = depth_at(i / DEPTHS);
-        report_take(errors, (double)vit_psi_float((float)a, (float)b), vit_psi((double)(float)a, (double)(float)b));
-        report_take(errors, (double)vit_zeta_float((float)a, (float)b), vit_zeta((double)(float)a, (double)(float)b));
-    }
-}
-
-static void last_bit(struct report_errors *errors)
-{
-    for (int i = 1; i < DEPTHS - 1; i++) {
-        double a = depth_at(i), b = nextafter(a, INFINITY), even = -expm1(-a) / a;
-        report_take(errors, vit_psi(a, b), even);
-        report_take(errors, vit_psi(b, a), even);
-        report_take(errors, vit_psi(a, a), even);
-    }
-}
-
-static void last_bit_single(struct report_errors *errors)
-{
-    for (int i = 1; i < DEPTHS - 1; i++) {
-        float a = (float)depth_at(i), b = nextafterf(a, INFINITY);
-        double even = -expm1((double)-a) / (double)a;
-        report_take(errors, (double)vit_psi_float(a, b), even);
-        report_take(errors, (double)vit_psi_float(b, a), even);
-        report_take(errors, (double)vit_psi_float(a, a), even);
-    }
-}
-
-/* ---- slabs ------------------------------------------------------------------------------------------------------ */
-
-static void under(double front[4], const double back[4])
-{
-    double left = 1 - front[3];
-    for (int c = 0; c < 4; c++)
-        front[c] += left * back[c];
-}
-
-static void take_rgba(struct report_errors *errors, const double got[4], const double wanted[4])
-{
-    for (int c = 0; c < 4; c++)
-        report_take(errors, got[c], wanted[c]);
-}
-
-/* A slab against itself cut in two at 3/8. */
-static void take_cut(struct report_errors *errors, const struct vit_transfer *transfer, double hu_front, double hu_back,
-                     double thickness_mm)
-{
-    double whole[4], near[4], far[4], cut = hu_front + 0.375 * (hu_back - hu_front);
-    vit_slab_integrate(transfer, hu_front, hu_back, thickness_mm, whole);
-    vit_slab_integrate(transfer, hu_front, cut, 0.375 * thickness_mm, near);
-    vit_slab_integrate(transfer, cut, hu_back, 0.625 * thickness_mm, far);
-    under(near, far);
-    take_rgba(errors, whole, near);
-}
-
-static void opaque(struct report_errors *errors)
-{
-    struct vit_transfer_point points[] = {
-        {0, {0.2, 0.9, 0.4}, 0}, {100, {1, 0.5, 0}, 1}, {200, {0, 0.5, 1}, 1}, {300, {1, 1, 1}, 0.5}};
-    struct vit_transfer transfer = {VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1, VIT_ARRAY_LENGTH(points), points};
-    const double hus[] = {-10, 0, 50, 99.999999, 100, 150, 200, 250, 320}, lengths_mm[] = {1e-6, 0.1, 1, 30, 1e6};
-    for (int i = 0; i < 9 * 9 * 5; i++)
-        take_cut(errors, &transfer, hus[i % 9], hus[i / 9 % 9], lengths_mm[i / 81]);
-}
-
-static void step_inside(struct report_errors *errors)
-{
-    struct vit_transfer_point points[] = {{0, {0.2, 0.9, 0.4}, 0.1}, {0, {1, 0.5, 0}, 3}};
-    struct vit_transfer transfer = {VIT_QUANTITY_ATTENUATION, VIT_EMISSION_LUMINANCE, 1, 2, points};
-    for (int i = 1; i < 100; i++) {
-        double got[4], wanted[4], behind[4], part = i / 100.0;
-        vit_slab_integrate(&transfer, -part, 1 - part, 2, got);
-        vit_transfer_slab(&transfer, -1, 2 * part, wanted);
-        vit_transfer_slab(&transfer, 1, 2 * (1 - part), behind);
-        under(wanted, behind);
-        take_rgba(errors, got, wanted);
-        vit_slab_integrate(&transfer, part, part - 1, 2, got);
-        vit_transfer_slab(&transfer, 1, 2 * part, wanted);
-        vit_transfer_slab(&transfer, -1, 2 * (1 - part), behind);
-        under(wanted, behind);
-        take_rgba(errors, got, wanted);
-    }
-}
-
-static void point_every_hu(struct report_errors *errors)
-{
-    enum { POINTS = 4096 };
-    static struct vit_transfer_point many[POINTS];
-    for (int i = 0; i < POINTS; i++) {
-        double x = (double)i / (POINTS - 1);
-        many[i] = (struct vit_transfer_point){i - 1024, {x, 1 - x, 0.5}, x};
-    }
-    struct vit_transfer_point ends[2] = {many[0], many[POINTS - 1]};
-    struct vit_transfer all = {VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1, POINTS, many}, two = all;
-    two.count = 2, two.points = ends;
-    for (int i = 0; i < 25; i++) {
-        double front = -1200 + 900.7 * (i % 5), back = -1200 + 900.7 * ((double)i / 5), got[4], wanted[4];
-        vit_slab_integrate(&all, front, back, 1, got);
-        vit_slab_integrate(&two, front, back, 1, wanted);
-        take_rgba(errors, got, wanted);
-    }
-}
-
-/* A peak of 1 HU inside slabs over 2 to 2e6 HU: its depth is known. */
-static void narrow_peak(struct report_errors *errors)
-{
-    struct vit_transfer_point points[] = {{-0.5, {1, 1, 1}, 0}, {0, {1, 1, 1}, 5}, {0.5, {1, 1, 1}, 0}};
-    struct vit_transfer transfer = {VIT_QUANTITY_ATTENUATION, VIT_EMISSION_LUMINANCE, 1, 3, points};
-    for (double reach = 1; reach <= 1e6; reach *= 10) {
-        double got[4], alpha = -expm1(-2.5 / (2 * reach)), wanted[4] = {alpha, alpha, alpha, alpha};
-        vit_slab_integrate(&transfer, -reach, reach, 1, got);
-        take_rgba(errors, got, wanted);
-        vit_slab_integrate(&transfer, reach, -reach, 1, got);
-        take_rgba(errors, got, wanted);
-    }
-}
-
-static void far_hu(struct report_errors *errors)
-{
-    struct vit_transfer_point points[] = {{-32768, {0, 0, 1}, 0}, {32767, {1, 0.5, 0}, 0.9}};
-    struct vit_transfer transfer = {VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1, 2, points};
-    const double hus[] = {-32769, -32768, -32767.5, 0, 32766.5, 32767, 32768};
-    for (int i = 0; i < 49; i++)
-        take_cut(errors, &transfer, hus[i % 7], hus[i / 7], 1);
-}
-
-static void faint_glow(struct report_errors *errors)
-{
-    for (int i = 0; i < 60; i++) {
-        double depth = pow(10, i - 40.0);
-        struct vit_segment segment = {VIT_QUANTITY_ATTENUATION, depth, depth, 1, 1};
-        struct vit_segment_weights w = vit_segment_integrate(&segment);
-        report_take(errors, w.glow_back_mm + w.glow_front_mm, depth > 0 ? -expm1(-depth) / depth : 1);
-    }
-}
-
-/* ---- rounding that adds up, WVW94 2.1.1 ----------------------------------------------------------------------------
- */
-
-/* What a texel or framebuffer of so many bits keeps; 0 bits: a float. */
-static double keep(double value, int bits)
-{
-    if (bits == 0)
-        return (double)(float)value;
-    double levels = ldexp(1, bits) - 1;
-    return floor(value * levels + 0.5) / levels;
-}
-
-static double accumulate(int slices, int bits)
-{
-    struct vit_transfer_point point = {0, {0.8, 0.8, 0.8}, 1};
-    struct vit_transfer transfer = {VIT_QUANTITY_ATTENUATION, VIT_EMISSION_LUMINANCE, 1, 1, &point};
-    double slab[4], light = 0;
-    vit_transfer_slab(&transfer, 0, 1.0 / slices, slab);
-    double texel = keep(slab[0], bits), alpha = keep(slab[3], bits);
-    for (int i = 0; i < slices; i++)
-        light = keep(texel + (1 - alpha) * light, bits);
-    return light;
-}
-
-static void rounding(struct report *report)
-{
-    static const int bit_counts[] = {8, 16, 0};
-    for (size_t b = 0; b < VIT_ARRAY_LENGTH(bit_counts); b++) {
-        for (int slices = 16; slices <= 16384; slices *= 4) {
-            char name[64];
-            int bits = bit_counts[b];
-            if (bits)
-                snprintf(name, sizeof name, "homogeneous block %d slices %d bits", slices, bits);
-            else
-                snprintf(name, sizeof name, "homogeneous block %d slices float", slices);
-            struct report_row *row = report_add(report, name, "over");
-            struct report_errors errors = {0};
-            report_take(&errors, accumulate(slices, bits), 0.8 * -expm1(-1));
-            report_fill_errors(row, &errors);
-            row->slices = slices;
-            /* Half a level lost in colour, opacity and sum at every slice, at worst all one way. */
-            row->bound = fmin(1, 1.5 * slices / (bits ? ldexp(1, bits) - 1 : 0x1p24));
-        }
-    }
-}
-
-/* ---- put together -------------------------------------------------------------------------------------------------
- */
 
 static const struct {
-    const char *name, *method;
-    double bound;
-    void (*measure)(struct report_errors *errors);
-} cases[] = {
-    {"optical depths 0 and 1e-30 to 1e30 and infinite", "psi double", 1e-13, depths_double},
-    {"optical depths 0 and 1e-30 to 1e30 and infinite", "exact-attenuation", 1e-6, depths_single},
-    {"attenuations equal but for the last bit", "psi double", 1e-13, last_bit},
-    {"attenuations equal but for the last bit", "exact-attenuation", 1e-6, last_bit_single},
-    {"opacity 1 exactly", "slab", 1e-12, opaque},
-    {"a step inside one slab", "slab", 1e-12, step_inside},
-    {"a control point at every HU", "slab", 1e-12, point_every_hu},
-    {"a transfer function narrower than a slab", "slab", 1e-12, narrow_peak},
-    {"HU at -32768 and 32767", "slab", 1e-12, far_hu},
-    {"glow as attenuation goes to 0", "segment", 1e-13, faint_glow},
-};
-
-static void measure_all(struct report *report)
-{
-    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
-        struct report_row *row = report_add(report, cases[i].name, cases[i].method);
-        struct report_errors errors = {0};
-        uint64_t start = vit_clock_ns();
-        cases[i].measure(&errors);
-        row->ms_median = row->ms_min = row->ms_max = (double)(vit_clock_ns() - start) * 1e-6;
-        report_fill_errors(row, &errors);
-        row->fragments = (double)errors.count;
-        row->bound = cases[i].bound;
-    }
-    rounding(report);
-}
+    void (*measure)(struct stiff *stiff);
+} groups[] = {{stiff_optics}, {stiff_transfer}, {stiff_geometry}, {stiff_values},
+              {stiff_rays},   {stiff_rounding}, {stiff_material}};
 
 static size_t count_failed(const struct report *report)
 {
@@ -262,52 +50,41 @@ static size_t count_failed(const struct report *report)
     return failed;
 }
 
-static void rounding_plot(struct report *report)
+static void write_all(struct report *report)
 {
-    enum { COUNTS = 6 };
-    double slices[3][COUNTS], error[3][COUNTS];
-    size_t found[3] = {0};
-    for (size_t i = 0; i < report->count; i++) {
-        const struct report_row *row = &report->rows[i];
-        size_t kind = strstr(row->case_name, " 8 bits") ? 0 : strstr(row->case_name, " 16 bits") ? 1 : 2;
-        if (strcmp(row->method, "over") == 0 && found[kind] < COUNTS) {
-            slices[kind][found[kind]] = row->slices;
-            error[kind][found[kind]++] = row->err_max;
-        }
-    }
-    const struct report_series series[] = {{"8 bits", slices[0], error[0], found[0], false},
-                                           {"16 bits", slices[1], error[1], found[1], false},
-                                           {"float", slices[2], error[2], found[2], false}};
-    report_plot_write(report,
-                      &(struct report_plot){.file = "rounding.svg",
-                                            .title = "One homogeneous block: rounding that adds up (WVW94 2.1.1)",
-                                            .x_label = "slices",
-                                            .y_label = "error",
-                                            .log_x = true,
-                                            .log_y = true,
-                                            .series = series,
-                                            .series_count = 3});
+    static const char *const plots[] = {"rounding.svg", NULL};
+    report_write_rows(report);
+    stiff_rounding_plot(report);
+    report_page_write(
+        report, "Stiff and extreme cases",
+        "<p>Each case has a bound and says what it follows from; err_max is what was measured. Truth is the same "
+        "integral cut in two, a closed form, the other precision, or the reference. Methods that begin with 3d are "
+        "drawn by GL.</p>",
+        plots);
 }
 
 enum vit_exit vit_report_stiff(const char *folder, const struct vit_log *log, const struct vit_progress *progress)
 {
     struct report report = {.suite = "stiff", .folder = folder, .log = log, .progress = progress};
-    static const char *const plots[] = {"rounding.svg", NULL};
+    struct stiff stiff = {.report = &report};
     size_t failed = 0;
     if (report_open(&report)) {
-        measure_all(&report);
-        report_write_rows(&report);
-        rounding_plot(&report);
-        report_page_write(
-            &report, "Stiff and extreme cases",
-            "<p>Each case has a bound; err_max is what was measured. Truth is the same integral cut in two, a closed "
-            "form, or the other precision.</p>",
-            plots);
+        stiff.gl = vit_gl_create(3, log);
+        if (!stiff.gl)
+            vit_warn(log, "report stiff: without GL (OpenGL ES 3) its cases are skipped");
+        for (size_t i = 0; i < VIT_ARRAY_LENGTH(groups) && !stiff.cancelled; i++)
+            groups[i].measure(&stiff);
+        vit_progress_step(progress, "stiff cases", 1, 1);
+        if (stiff.cancelled)
+            vit_error(log, "report stiff: cancelled");
+        else
+            write_all(&report);
         failed = count_failed(&report);
+        vit_gl_destroy(&stiff.gl);
     } else {
         report.failed = true;
     }
-    bool ok = !report.failed && failed == 0;
+    bool ok = !report.failed && !stiff.cancelled && failed == 0;
     report_close(&report);
     return ok ? VIT_EXIT_DONE : VIT_EXIT_FAILED;
 }
