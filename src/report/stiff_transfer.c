@@ -30,7 +30,7 @@ static void narrow_and_step(struct stiff *stiff)
 /* Every HU its own colour and attenuation, by chance. */
 static void point_every_hu(struct stiff *stiff)
 {
-    enum { POINTS = 129 };
+    enum { POINTS = 65 };
     struct vit_transfer_point *points = vit_alloc(POINTS, sizeof *points);
     uint32_t state = 1;
     if (!points) {
@@ -43,11 +43,11 @@ static void point_every_hu(struct stiff *stiff)
             state = state * 1664525u + 1013904223u;
             chance[c] = (double)(state >> 8) / 0x1p24;
         }
-        points[i] = (struct vit_transfer_point){i - 64, {chance[0], chance[1], chance[2]}, 0.08 * chance[3]};
+        points[i] = (struct vit_transfer_point){i - 32, {chance[0], chance[1], chance[2]}, 0.08 * chance[3]};
     }
     stiff_scene_measure(stiff, &(struct stiff_scene){
                                    .name = "a control point at every HU",
-                                   .field = {{32, 32, 32}, {1, 1, 1}, 0, -60, {0, 4, -1}, 1, 0, VIT_SAMPLE_I16},
+                                   .field = {{32, 32, 32}, {1, 1, 1}, 0, -30, {0, 2, 0}, 1, 0, VIT_SAMPLE_I16},
                                    .transfer = {VIT_QUANTITY_ATTENUATION, VIT_EMISSION_LUMINANCE, 1, POINTS, points}});
     vit_free(points);
 }
