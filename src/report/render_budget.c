@@ -274,15 +274,14 @@ static void look_up(const struct budget *b, double hu_back, double hu_front, dou
 {
     const struct vit_hu_axis *axis = &b->plan->axis;
     double x = vit_hu_axis_entry(axis, hu_back), y = b->plan->table_rows > 1 ? vit_hu_axis_entry(axis, hu_front) : 0;
-    int x0 = (int)x, y0 = (int)y;
-    int x1 = x0 + 1 < axis->entries ? x0 + 1 : x0, y1 = y0 + 1 < b->plan->table_rows ? y0 + 1 : y0;
-    for (int c = 0; c < 4; c++) {
+    size_t entries = (size_t)axis->entries, x0 = (size_t)x, y0 = (size_t)y;
+    size_t x1 = x0 + 1 < entries ? x0 + 1 : x0, y1 = y0 + 1 < (size_t)b->plan->table_rows ? y0 + 1 : y0;
+    double right = x - (double)x0, up = y - (double)y0;
+    for (size_t c = 0; c < 4; c++) {
         const float *t = b->table + c;
-        double low = (1 - (x - x0)) * (double)t[(y0 * axis->entries + x0) * 4] +
-                     (x - x0) * (double)t[(y0 * axis->entries + x1) * 4];
-        double high = (1 - (x - x0)) * (double)t[(y1 * axis->entries + x0) * 4] +
-                      (x - x0) * (double)t[(y1 * axis->entries + x1) * 4];
-        rgba[c] = low + (y - y0) * (high - low);
+        double low = (1 - right) * (double)t[(y0 * entries + x0) * 4] + right * (double)t[(y0 * entries + x1) * 4];
+        double high = (1 - right) * (double)t[(y1 * entries + x0) * 4] + right * (double)t[(y1 * entries + x1) * 4];
+        rgba[c] = low + up * (high - low);
     }
 }
 
@@ -324,7 +323,7 @@ static int make_slabs(const struct budget *b, const struct budget_ray *ray, stru
         double thickness = (s.front_mm - s.back_mm) * ray->mm, middle = 0.5 * (s.front_mm + s.back_mm);
         if (!(thickness > 0))
             continue;
-        if (plan->classify == VIT_CLASSIFY_PRE) {
+        if (b->texel) {
             texel_at(b, ray, middle, s.rgba);
             thicken(s.rgba, thickness / plan->slab_mm, 0);
         } else if (plan->classify == VIT_CLASSIFY_POST) {
@@ -355,7 +354,7 @@ static double slab_error(const struct budget *b, const struct budget_ray *ray, c
         moved += voxels;
         hu_moved += voxels * b->hu_step[axis];
     }
-    if (plan->classify == VIT_CLASSIFY_PRE) {
+    if (b->texel) {
         /* What every corner stores as 1 is 1; the shader takes what filters make of it for opaque. */
         double most = 0, noise = s->rgba[3] < 1 ? b->texel_noise + 4 * FLOAT_STEP : 0;
         texel_at(b, ray, 0.5 * (s->front_mm + s->back_mm), got);

@@ -201,9 +201,11 @@ static void light_along(struct stiff *stiff, const struct vit_sphere *sphere, co
         struct report_row *row = stiff_add(stiff, "light along a vertex and along an edge of the sphere", method,
                                            "material.h: 2e-6 of light's and material's sum");
         struct report_errors errors = {0};
-        for (uint16_t i = 1; i <= LIGHTS; i++)
-            take_table(&errors, sphere, table, way == 1 ? edge_at(sphere, i) : vit_sphere_direction(sphere, i),
-                       way == 2);
+        for (int i = 1; i <= LIGHTS; i++) {
+            uint16_t vertex = (uint16_t)i;
+            take_table(&errors, sphere, table,
+                       way == 1 ? edge_at(sphere, vertex) : vit_sphere_direction(sphere, vertex), way == 2);
+        }
         report_fill_errors(row, &errors);
         row->bound = 2e-6 * (1 + gloss.ambient + gloss.diffuse + gloss.specular);
     }

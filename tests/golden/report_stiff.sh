@@ -1,6 +1,7 @@
 #!/bin/sh
 # `vitrine report stiff`: every case of OPTICS.md §4 is there, has a bound, says what the bound follows from, and keeps
 # it. Without GL the reference's cases still run, and the others are skipped by name.
+# shellcheck disable=SC2016
 set -u
 # shellcheck source=tests/tools/tap.sh
 . "$(dirname "$0")/../tools/tap.sh"
