@@ -66,6 +66,8 @@ COMPILER_VERSION := $(notdir $(CC))-$(shell $(CC) -dumpversion 2>/dev/null)
 WERROR ?= $(if $(filter gcc-12 clang-14.%,$(COMPILER_VERSION)),1,0)
 # A table ends in {NULL}: what is left out of it is zero, and meant.
 VIT_WARN := -Wall -Wextra -Wno-missing-field-initializers -Wshadow -Wpointer-arith -Wundef -Wvla -Wformat=2
+# A loop that the sanitizers keep clang from vectorising is no fault of the source.
+VIT_WARN += $(if $(findstring clang,$(CC)),-Wno-pass-failed)
 VIT_CWARN := -Wstrict-prototypes -Wmissing-prototypes -Wold-style-definition
 ifeq ($(WERROR),1)
 VIT_WARN += -Werror
