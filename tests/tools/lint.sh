@@ -21,7 +21,8 @@ for file in $LINT_FILES; do
     fi
 done
 for file in $LINT_SCRIPTS; do
-    tap_run "shellcheck $file" shellcheck --external-sources --source-path=SCRIPTDIR "$file"
+    # SC2016: an awk program in single quotes is not meant for the shell.
+    tap_run "shellcheck $file" shellcheck --exclude=SC2016 --external-sources --source-path=SCRIPTDIR "$file"
 done
 if [ ! -e "$LINT_DIR/cppcheck" ]; then
     echo "cppcheck did not run" >"$tap_out"
