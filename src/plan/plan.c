@@ -111,6 +111,21 @@ static void choose_texel(struct vit_plan *plan, const struct vit_preset *preset,
     }
 }
 
+/* An entry of the pre-integrated table crosses a share of all control points: many of them make it coarser, so that a
+ * transfer function with thousands does not hold the picture up for minutes. */
+static int slab_entries(struct vit_plan *plan)
+{
+    double crowd = (double)plan->transfer->count / VIT_PLAN_SLAB_POINTS;
+    if (crowd <= 1)
+        return VIT_PLAN_SLAB_ENTRIES;
+    int entries = (int)fmax(VIT_PLAN_SLAB_ENTRIES_MIN, VIT_PLAN_SLAB_ENTRIES / sqrt(crowd));
+    vit_plan_leave_out(plan, 0, "table resolution",
+                       "%zu control points: %d entries a side instead of %d; "
+                       "sampling.classify=post does not mind",
+                       plan->transfer->count, entries, VIT_PLAN_SLAB_ENTRIES);
+    return entries;
+}
+
 /* Post and slab classification look the transfer function up in a table over HU. */
 static void choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps)
 {
@@ -119,7 +134,7 @@ static void choose_table(struct vit_plan *plan, const struct vit_volume *volume,
         return;
     bool reduce = plan->technique != VIT_TECHNIQUE_COMPOSITE;
     bool slab = plan->classify == VIT_CLASSIFY_SLAB && !reduce;
-    int entries = slab ? VIT_PLAN_SLAB_ENTRIES : VIT_PLAN_POST_ENTRIES;
+    int entries = slab ? slab_entries(plan) : VIT_PLAN_POST_ENTRIES;
     if (entries > caps->max_texture_size)
         entries = caps->max_texture_size;
     plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);

@@ -13,7 +13,10 @@
 /* Entries a side of the pre-integrated table, and of the table of homogeneous slabs. */
 #define VIT_PLAN_SLAB_ENTRIES 512
 #define VIT_PLAN_POST_ENTRIES 2048
-#define VIT_PLAN_ENTRIES_MIN  32 /* of vit_hu_axis_make */
+/* Control points up to which the pre-integrated table keeps its size, and the least it shrinks to beyond them. */
+#define VIT_PLAN_SLAB_POINTS      32
+#define VIT_PLAN_SLAB_ENTRIES_MIN 96
+#define VIT_PLAN_ENTRIES_MIN      32 /* of vit_hu_axis_make */
 
 bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
 void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)

@@ -202,6 +202,31 @@ static void occupancy_reaches_one_brick_further(void **state)
     }
 }
 
+static void many_control_points_make_a_coarser_table(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    static const struct {
+        size_t points;
+        int entries;
+    } cases[] = {{3, 512}, {32, 512}, {128, 256}, {5000, 96}};
+    const struct vit_transfer before = scene->preset.transfer;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_transfer_point *points = calloc(cases[i].points, sizeof *points);
+        for (size_t k = 0; k < cases[i].points; k++)
+            points[k] = (struct vit_transfer_point){(double)k / 8, {1, 1, 1}, 0.5};
+        scene->preset.transfer.points = points;
+        scene->preset.transfer.count = cases[i].points;
+        struct vit_plan plan = make(scene, &request);
+        assert_int_equal(plan.axis.entries, cases[i].entries);
+        assert_int_equal(leaves_out(&plan, "table resolution"), cases[i].entries < 512);
+        free(points);
+    }
+    scene->preset.transfer = before;
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
+}
+
 static void formats_follow_capabilities(void **state)
 {
     struct scene *scene = *state;
@@ -286,6 +311,7 @@ int main(void)
         cmocka_unit_test(empty_border_is_not_drawn),
         cmocka_unit_test(passes_are_as_long_as_empty_space_allows),
         cmocka_unit_test(occupancy_reaches_one_brick_further),
+        cmocka_unit_test(many_control_points_make_a_coarser_table),
         cmocka_unit_test(formats_follow_capabilities),
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
         cmocka_unit_test(the_eye_bounds_what_is_drawn),
