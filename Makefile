@@ -38,9 +38,9 @@ say = $(if $(filter 1,$(V)),,@printf '%-5s %s\n' '$(1)' '$(2)')
 # Packages -------------------------------------------------------------------------------------------------
 # Both fragments are made by installing what is missing; make then starts over with them. Goals that build nothing
 # need neither; goals that only build the binary do not need what the tests need.
-PKGS := egl glesv2 libpng zlib yaml-0.1 jansson cairo
+PKGS := egl glesv2 libpng zlib yaml-0.1 jansson cairo gbm libdrm libseat libinput xkbcommon
 HOST_GOALS := help clean install-deps install-deps-check uninstall include-rules
-BUILD_GOALS := all run install $(O)/vitrine
+BUILD_GOALS := all run run-png install $(O)/vitrine
 GOALS := $(or $(MAKECMDGOALS),all)
 ifneq ($(filter-out $(HOST_GOALS),$(GOALS)),)
 include $(BUILD)/packages.mk
@@ -166,7 +166,11 @@ $(O)/tests/%: $(O)/tests/%.o $(LIB)
 -include $(ALL_OBJ:.o=.d)
 
 .PHONY: run
-run: $(BIN) ## install what is missing, build, draw the built-in head into build/vitrine.png
+run: $(BIN) ## install what is missing, build, show the built-in head full screen, or draw it into build/vitrine.png
+	@if ls /dev/dri/card* >/dev/null 2>&1; then echo "trying the screen: q there or ctrl-C here ends it"; \
+	    $(BIN) show phantom:head; status=$$?; [ $$status = 4 ] || exit $$status; fi; $(MAKE) CONFIG=$(CONFIG) run-png
+.PHONY: run-png
+run-png: $(BIN)
 	$(BIN) snapshot phantom:head --preset bone-and-skin --view 35,15 --zoom 1.5 -o $(BUILD)/vitrine.png
 	@echo "wrote $(BUILD)/vitrine.png"
 	@echo "look at it with any viewer (xdg-open $(BUILD)/vitrine.png), or copy it to a machine with a screen;"
@@ -188,13 +192,16 @@ uninstall: ## takes away what install put there
 ## Test (all of these install what is missing and build first)
 ##
 RUN := tests/run.sh VITRINE=$(BIN)
-.PHONY: unit gl golden lint headers include-rules
+KMS_RUN := TEST_TIMEOUT=270 KMS_LIMIT=240 KMS_CACHE=$(BUILD)/kms tests/kms/show.sh TEST_TIMEOUT=120
+.PHONY: unit gl golden kms lint headers include-rules
 unit: $(UNIT_BIN) ## unit tests; seconds
 	@$(RUN) $(UNIT_BIN)
 gl: $(GL_BIN) ## tests that need a GL context (surfaceless; llvmpipe will do)
 	@$(RUN) $(GL_BIN)
 golden: $(BIN) ## shell tests of the whole binary
 	@$(RUN) $(GOLDEN)
+kms: $(BIN) ## `show` on an emulated card, under QEMU (skipped without it; KMS_FULL=1: more, KMS_CARDS="bochs virtio")
+	@$(RUN) KMS_CACHE=$(BUILD)/kms TEST_TIMEOUT=1200 KMS_LIMIT=550 tests/kms/show.sh
 headers: $(GEN_SRC) ## every header compiles alone: C11, and C++17 where it is meant for C++
 	@$(RUN) $(HEADER_RUN)
 include-rules: ## who may include whom (ARCHITECTURE: modules), and what may stand where
@@ -255,12 +262,13 @@ fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECO
 .PHONY: check check-full check-bins
 # WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
 CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(LINT_RUN) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
-    $(CLANG_RUN) $(ASAN_RUN)
+    $(KMS_RUN) $(CLANG_RUN) $(ASAN_RUN)
 check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
 	+@$(MAKE) WERROR=1 check-bins
 	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
 check-bins: tests-bins asan-bins clang-bins fuzz-build lint-stamps $(BENCH_BIN)
 check-full: check ## check, then the long ones: fuzzing for a while, tests/golden/full
+	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_CARDS="bochs virtio" KMS_LIMIT=550 TEST_TIMEOUT=1200 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
 
 .PHONY: cov bench

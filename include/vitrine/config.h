@@ -101,10 +101,12 @@ struct vit_settings {
     const char *series;   /* NULL: choose */
     const char *set[VIT_SETTINGS_LIST_MAX], *keep[VIT_SETTINGS_LIST_MAX], *gl_limit[VIT_SETTINGS_LIST_MAX];
     size_t set_count, keep_count, gl_limit_count;
-    const char *config;          /* show --config; NULL: none named */
-    const char *shader_dir;      /* NULL: the embedded ones */
-    double budget_ms, max_error; /* 0: none */
-    int frames;                  /* bench */
+    const char *card, *connector, *mode; /* show; NULL: choose */
+    bool no_atomic, no_seat;             /* show */
+    const char *config;                  /* show --config; NULL: none named */
+    const char *shader_dir;              /* NULL: the embedded ones */
+    double budget_ms, max_error;         /* 0: none */
+    int frames;                          /* bench */
     bool json, verbose, quiet, help, version;
     /* compare: limits on absolute error of a channel [0,1], RMS error, least SSIM; NaN = not asked */
     double max_abs_error, max_rms_error, min_ssim;

@@ -8,6 +8,10 @@
  * with what EGL offered. */
 struct vit_gl;
 struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log);
+/* A context on a display and surface of somebody else's (an EGLDisplay, EGLConfig and EGLSurface), current with that
+ * surface; they must live longer than the context. Framebuffer 0 is the surface. NULL: logged. */
+struct vit_gl *vit_gl_create_on(void *egl_display, void *egl_config, void *egl_surface, int es_major,
+                                const struct vit_log *log);
 void vit_gl_destroy(struct vit_gl **gl);
 const struct vit_caps *vit_gl_caps(const struct vit_gl *gl);
 /* Where GLSL is read from: NULL = the copies embedded at build time. Borrowed. */

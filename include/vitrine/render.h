@@ -22,6 +22,10 @@ VIT_NODISCARD bool vit_renderer_prepare(struct vit_renderer *renderer, const str
                                         const struct vit_progress *progress);
 /* Draws one frame of a prepared plan into the renderer's own target. */
 VIT_NODISCARD bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan);
+/* Puts the last frame over the plan's background into framebuffer 0 (a screen of width × height pixels, row 0 at the
+ * top), stretched if its size differs. At its own size every byte is within 1 of vit_image_write_png's. */
+VIT_NODISCARD bool vit_renderer_present(struct vit_renderer *renderer, const struct vit_plan *plan, int width,
+                                        int height);
 /* Reads the last frame back: float, premultiplied, without background, initialised by this call. */
 VIT_NODISCARD bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame);
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer);

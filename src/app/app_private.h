@@ -7,6 +7,7 @@
 #include <pthread.h>
 
 #include "vitrine/config.h"
+#include "vitrine/display.h"
 #include "vitrine/gl.h"
 #include "vitrine/plan.h"
 #include "vitrine/render.h"
@@ -37,6 +38,8 @@ void app_apply_verbosity(struct app *app);
 void app_finish(struct app *app);
 /* True once SIGINT or SIGTERM came: long tasks stop at their next step. */
 bool app_interrupted(void);
+/* From now on SIGINT, SIGTERM and SIGHUP also write a byte to this file (-1: no more), however often they come. */
+void app_interrupt_wakes(int fd);
 /* Ends the process by the signal that interrupted it, as a shell expects; returns if there was none. */
 void app_die_if_interrupted(void);
 
@@ -67,6 +70,11 @@ struct app_scene {
 /* Fast failures first: preset, GL, then the volume, then the plan. On anything but DONE the scene is closed and the
  * reason logged. */
 VIT_NODISCARD enum vit_exit app_scene_open(struct app_scene *scene, struct app *app);
+/* The same with a context and a view of the caller's; the scene owns the context from now on, also if this fails. */
+VIT_NODISCARD enum vit_exit app_scene_open_on(struct app_scene *scene, struct app *app, struct vit_gl *gl,
+                                              const struct vit_view *view);
+/* The preset by this name, with --set. NULL: logged. */
+struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
 void app_scene_close(struct app_scene *scene);
@@ -112,6 +120,13 @@ json_t *app_json_left_out(const struct vit_plan *plan);
 /* Prints and frees. False without memory (object NULL): logged. */
 VIT_NODISCARD enum vit_exit app_json_print(struct app *app, json_t *object);
 
+/* ---- screens.c: what there is to show on -----------------------------------------------------------------------
+ */
+
+/* Cards, connectors, modes and planes, and what stands in the way. */
+void app_screens_print(const struct vit_display_card *cards, size_t count);
+json_t *app_screens_json(const struct vit_display_card *cards, size_t count);
+
 /* ---- words ---------------------------------------------------------------------------------------------------------
  */
 
@@ -121,6 +136,7 @@ double app_degrees(double radians);
 /* ---- subcommands ---------------------------------------------------------------------------------------------------
  */
 
+enum vit_exit app_show(struct app *app);
 enum vit_exit app_snapshot(struct app *app);
 enum vit_exit app_bench(struct app *app);
 enum vit_exit app_plan(struct app *app);

@@ -1,4 +1,4 @@
-/* vitrine caps: what the GL of this machine can do, and the path that leads to. */
+/* vitrine caps: what the GL of this machine can do, the path that leads to, and the screens there are. */
 #include "app_private.h"
 
 static json_t *caps_json(const struct vit_caps *caps)
@@ -34,13 +34,23 @@ enum vit_exit app_caps(struct app *app)
 {
     struct vit_gl *gl;
     struct vit_caps caps;
+    struct vit_display_card *cards = NULL;
+    size_t count = 0;
     enum vit_exit status = app_gl_open(app, &gl, &caps);
-    if (status != VIT_EXIT_DONE)
-        return status;
-    if (app->settings->json)
-        status = app_json_print(app, caps_json(&caps));
-    else
-        caps_print(&caps);
+    /* Without GL the screens are still worth knowing: somebody is about to find out why. */
+    if (!vit_display_cards(&cards, &count, &app->log) && status == VIT_EXIT_DONE)
+        status = VIT_EXIT_FAILED;
+    if (app->settings->json && status == VIT_EXIT_DONE) {
+        json_t *object = caps_json(&caps);
+        if (object)
+            json_object_set_new(object, "cards", app_screens_json(cards, count));
+        status = app_json_print(app, object);
+    } else if (!app->settings->json) {
+        if (status == VIT_EXIT_DONE)
+            caps_print(&caps);
+        app_screens_print(cards, count);
+    }
+    vit_free(cards);
     vit_gl_destroy(&gl);
     return status;
 }

@@ -12,29 +12,33 @@ static bool limits_apply(struct app *app, struct vit_caps *caps)
     return true;
 }
 
+/* Settings that concern any context. */
+static enum vit_exit gl_apply(struct app *app, struct vit_gl *gl, struct vit_caps *caps)
+{
+    vit_gl_set_shader_dir(gl, app->settings->shader_dir);
+    *caps = *vit_gl_caps(gl);
+    return limits_apply(app, caps) ? VIT_EXIT_DONE : VIT_EXIT_USAGE;
+}
+
 enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps)
 {
     *gl = vit_gl_create(3, &app->log);
     if (!*gl)
         return VIT_EXIT_DISPLAY;
-    vit_gl_set_shader_dir(*gl, app->settings->shader_dir);
-    *caps = *vit_gl_caps(*gl);
-    if (limits_apply(app, caps))
-        return VIT_EXIT_DONE;
-    vit_gl_destroy(gl);
-    return VIT_EXIT_USAGE;
+    enum vit_exit status = gl_apply(app, *gl, caps);
+    if (status != VIT_EXIT_DONE)
+        vit_gl_destroy(gl);
+    return status;
 }
 
-static enum vit_exit preset_open(struct app *app, struct vit_preset **preset)
+struct vit_preset *app_preset_open(struct app *app, const char *name)
 {
     const struct vit_settings *settings = app->settings;
-    *preset = vit_preset_create(settings->preset, &app->log);
-    if (!*preset)
-        return VIT_EXIT_USAGE;
-    for (size_t i = 0; i < settings->set_count; i++)
-        if (!vit_preset_set(*preset, settings->set[i], &app->log))
-            return VIT_EXIT_USAGE;
-    return VIT_EXIT_DONE;
+    struct vit_preset *preset = vit_preset_create(name, &app->log);
+    for (size_t i = 0; preset && i < settings->set_count; i++)
+        if (!vit_preset_set(preset, settings->set[i], &app->log))
+            vit_preset_destroy(&preset);
+    return preset;
 }
 
 enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view)
@@ -61,13 +65,18 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
     }
 }
 
-static enum vit_exit open_parts(struct app_scene *scene, struct app *app)
+static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const struct vit_view *view)
 {
-    enum vit_exit status = preset_open(app, &scene->preset);
+    enum vit_exit status = VIT_EXIT_DONE;
     uint64_t start = vit_clock_ns();
-    if (status == VIT_EXIT_DONE && app->settings->path == VIT_PATH_REFERENCE)
+    scene->preset = app_preset_open(app, app->settings->preset);
+    if (!scene->preset)
+        return VIT_EXIT_USAGE;
+    if (scene->gl)
+        status = gl_apply(app, scene->gl, &scene->caps);
+    else if (app->settings->path == VIT_PATH_REFERENCE)
         status = limits_apply(app, &scene->caps) ? VIT_EXIT_DONE : VIT_EXIT_USAGE;
-    else if (status == VIT_EXIT_DONE)
+    else
         status = app_gl_open(app, &scene->gl, &scene->caps);
     if (status != VIT_EXIT_DONE)
         return status;
@@ -77,13 +86,20 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app)
     if (!scene->volume)
         return VIT_EXIT_INPUT;
     scene->load_ms = app_ms_since(start);
-    return app_scene_plan(scene, app, &app->settings->view);
+    return app_scene_plan(scene, app, view);
 }
 
 enum vit_exit app_scene_open(struct app_scene *scene, struct app *app)
 {
+    return app_scene_open_on(scene, app, NULL, &app->settings->view);
+}
+
+enum vit_exit app_scene_open_on(struct app_scene *scene, struct app *app, struct vit_gl *gl,
+                                const struct vit_view *view)
+{
     memset(scene, 0, sizeof *scene);
-    enum vit_exit status = open_parts(scene, app);
+    scene->gl = gl;
+    enum vit_exit status = open_parts(scene, app, view);
     if (status != VIT_EXIT_DONE)
         app_scene_close(scene);
     return status;

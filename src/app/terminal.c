@@ -2,6 +2,7 @@
  * a clean end on ctrl-C. */
 #include "app_private.h"
 
+#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -11,12 +12,31 @@
 #define PROGRESS_AFTER_NS 1000000000u
 #define PROGRESS_EVERY_NS 100000000u
 
-/* The one global of app: signal handlers can reach nothing else. */
-static volatile sig_atomic_t interrupted_by;
+/* The globals of app: signal handlers can reach nothing else. */
+static volatile sig_atomic_t interrupted_by, wake_fd = -1;
 
 static void on_signal(int number)
 {
+    int error = errno;
     interrupted_by = number;
+    if (wake_fd >= 0 && write(wake_fd, "", 1) < 0)
+        interrupted_by = number; /* the pipe is full: it wakes all the same */
+    errno = error;
+}
+
+static void signals_catch(const int *numbers, size_t count, int flags)
+{
+    struct sigaction action = {.sa_handler = on_signal, .sa_flags = flags};
+    sigemptyset(&action.sa_mask);
+    for (size_t i = 0; i < count; i++)
+        sigaction(numbers[i], &action, NULL);
+}
+
+void app_interrupt_wakes(int fd)
+{
+    static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+    wake_fd = fd;
+    signals_catch(numbers, VIT_ARRAY_LENGTH(numbers), 0);
 }
 
 bool app_interrupted(void)
@@ -96,10 +116,8 @@ void app_init(struct app *app, const struct vit_settings *settings)
     app->log = (struct vit_log){log_write, &app->terminal, VIT_LOG_INFO};
     app->progress = (struct vit_progress){progress_step, &app->terminal};
     /* Once: the second ctrl-C ends a task that does not listen. */
-    struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESETHAND};
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    static const int numbers[] = {SIGINT, SIGTERM};
+    signals_catch(numbers, VIT_ARRAY_LENGTH(numbers), SA_RESETHAND);
 }
 
 void app_apply_verbosity(struct app *app)

@@ -66,6 +66,7 @@
 #define G_PICTURE "Picture"
 #define G_INPUT   "Input"
 #define G_LIMIT   "Comparison"
+#define G_SCREEN  "Screen"
 #define G_MACHINE "Machine"
 #define G_ALL     "General"
 
@@ -85,7 +86,7 @@ const struct vit_option vit_options[] = {
     RANGE("view", VIEW, "DIRECTION", NULL, view, 0, 0, "anterior", SCENE, G_VIEW,
           "anterior | posterior | left | right | superior | inferior, or AZ,EL[,ROLL] in degrees: azimuth 0 looks from anterior and "
           "grows toward the patient's left, elevation grows upward, roll turns the picture clockwise")
-    RANGE("size", SIZE, "WxH", "pixels", view, 1, 16384, "800x800", SCENE, G_VIEW, "size of the picture")
+    RANGE("size", SIZE, "WxH", "pixels", view, 1, 16384, "800x800", SCENE & ~BIT(SHOW), G_VIEW, "size of the picture")
     RANGE("zoom", NUMBER, "Z", NULL, view.zoom, 0.01, 1000, "1", SCENE, G_VIEW,
           "magnification; at 1 the volume's bounding sphere fits the smaller side")
     WORD("projection", view.projection, projection, "ortho", SCENE, G_VIEW, "parallel or diverging rays")
@@ -104,6 +105,13 @@ const struct vit_option vit_options[] = {
     RANGE("max", NUMBER, "E", "of full scale", max_abs_error, 0, 1e6, NULL, BIT(COMPARE), G_LIMIT, "largest difference of a channel allowed")
     RANGE("rmse", NUMBER, "E", "of full scale", max_rms_error, 0, 1e6, NULL, BIT(COMPARE), G_LIMIT, "root mean square difference allowed")
     RANGE("ssim", NUMBER, "S", NULL, min_ssim, -1, 1, NULL, BIT(COMPARE), G_LIMIT, "least structural similarity allowed")
+
+    TEXT("card", 0, "NAME", card, NULL, BIT(SHOW), G_SCREEN, "card0, 0 or /dev/dri/card0; default the first with a screen connected")
+    TEXT("connector", 0, "NAME", connector, NULL, BIT(SHOW), G_SCREEN,
+         "connector, for example HDMI-A-1; default the first with a screen; help lists them")
+    TEXT("mode", 0, "MODE", mode, "preferred", BIT(SHOW), G_SCREEN, "preferred | highest | WxH[@HZ]")
+    FLAG("no-atomic", 0, no_atomic, BIT(SHOW), G_SCREEN, "set modes by the calls from before atomic mode setting")
+    FLAG("no-seat", 0, no_seat, BIT(SHOW), G_SCREEN, "open the devices directly, without seatd or logind")
 
     LIST("gl-limit", "NAME=VALUE", gl_limit, SCENE | BIT(CAPS), G_MACHINE, "pretend a smaller limit of the driver (names: `vitrine caps`); repeatable")
     TEXT("shader-dir", 0, "FOLDER", shader_dir, NULL, SCENE, G_MACHINE, "read GLSL from here instead of the built-in copies")
@@ -136,8 +144,11 @@ const struct vit_command_row vit_commands[] = {
      NULL,
      false,
      "show a volume full screen",
-     "Shows a CT volume full screen on a display without a desktop (KMS).",
-     {"vitrine show chest/", "vitrine show chest/ --preset lung --view 30,20", NULL}},
+     "Shows a CT volume full screen on a display without a desktop (KMS). Arrows turn, + and - zoom, 1-9 take the "
+     "presets "
+     "of `vitrine presets list`, a p l r s i the six views, space turns by itself, q ends.",
+     {"vitrine show chest/", "vitrine show chest/ --preset lung --view 30,20 --mode 1920x1080@60",
+      "vitrine show --connector help phantom:head", NULL}},
     {VIT_COMMAND_SNAPSHOT,
      "snapshot",
      "INPUT... -o OUT.png|OUT.nrrd [OPTIONS]",
@@ -246,7 +257,7 @@ const struct vit_command_row vit_commands[] = {
      0,
      NULL,
      false,
-     "say what this machine's GL can do",
+     "say what this machine can show",
      "Prints facts about GL, EGL and the display, and the path they lead to.",
      {"vitrine caps", "vitrine caps --json", NULL}},
     {.name = NULL},

@@ -50,11 +50,12 @@ static EGLDisplay open_display(const struct vit_log *log)
     return EGL_NO_DISPLAY;
 }
 
-static bool open_context(struct vit_gl *gl, int es_major)
+static bool open_context(struct vit_gl *gl, int es_major, EGLConfig config, EGLSurface surface)
 {
     const char *extensions = eglQueryString(gl->display, EGL_EXTENSIONS);
-    if (!vit_gl_has_word(extensions, "EGL_KHR_surfaceless_context") ||
-        !vit_gl_has_word(extensions, "EGL_KHR_no_config_context")) {
+    bool bare = surface == EGL_NO_SURFACE;
+    if (bare && (!vit_gl_has_word(extensions, "EGL_KHR_surfaceless_context") ||
+                 !vit_gl_has_word(extensions, "EGL_KHR_no_config_context"))) {
         vit_error(gl->log, "EGL (%s) cannot make a context without a surface; a newer Mesa can",
                   eglQueryString(gl->display, EGL_VENDOR));
         return false;
@@ -62,8 +63,8 @@ static bool open_context(struct vit_gl *gl, int es_major)
     const EGLint attributes[] = {EGL_CONTEXT_CLIENT_VERSION, es_major, EGL_NONE};
     if (!eglBindAPI(EGL_OPENGL_ES_API) || vit_fault())
         goto fail;
-    gl->context = eglCreateContext(gl->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-    if (gl->context == EGL_NO_CONTEXT || !eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context))
+    gl->context = eglCreateContext(gl->display, config, EGL_NO_CONTEXT, attributes);
+    if (gl->context == EGL_NO_CONTEXT || !eglMakeCurrent(gl->display, surface, surface, gl->context))
         goto fail;
     return true;
 fail:
@@ -96,20 +97,50 @@ static void attach_debug(struct vit_gl *gl)
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS_KHR);
 }
 
-struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log)
+static struct vit_gl *allocate(const struct vit_log *log)
 {
     struct vit_gl *gl = vit_alloc_zero(1, sizeof *gl);
-    if (!gl) {
+    if (!gl)
         vit_error(log, "out of memory for the GL context");
-        return NULL;
-    }
-    gl->log = log;
-    gl->display = open_display(log);
-    if (gl->display == EGL_NO_DISPLAY || !open_context(gl, es_major))
-        goto fail;
+    else
+        gl->log = log;
+    return gl;
+}
+
+/* What a current context can do. */
+static void look(struct vit_gl *gl)
+{
     vit_gl_caps_read(&gl->caps);
     attach_debug(gl);
-    vit_debug(log, "GL: %s, %s", gl->caps.renderer, gl->caps.version);
+    vit_debug(gl->log, "GL: %s, %s", gl->caps.renderer, gl->caps.version);
+}
+
+struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log)
+{
+    struct vit_gl *gl = allocate(log);
+    if (!gl)
+        return NULL;
+    gl->display = open_display(log);
+    if (gl->display == EGL_NO_DISPLAY || !open_context(gl, es_major, EGL_NO_CONFIG_KHR, EGL_NO_SURFACE))
+        goto fail;
+    look(gl);
+    return gl;
+fail:
+    vit_gl_destroy(&gl);
+    return NULL;
+}
+
+struct vit_gl *vit_gl_create_on(void *egl_display, void *egl_config, void *egl_surface, int es_major,
+                                const struct vit_log *log)
+{
+    struct vit_gl *gl = allocate(log);
+    if (!gl)
+        return NULL;
+    gl->display = egl_display;
+    gl->borrowed = true;
+    if (!open_context(gl, es_major, egl_config, egl_surface))
+        goto fail;
+    look(gl);
     return gl;
 fail:
     vit_gl_destroy(&gl);
@@ -127,7 +158,8 @@ void vit_gl_destroy(struct vit_gl **gl_pointer)
             eglDestroyContext(gl->display, gl->context);
 #ifndef __SANITIZE_ADDRESS__
         /* Terminating unloads the driver; LeakSanitizer can then no longer tell whose blocks it left behind. */
-        eglTerminate(gl->display);
+        if (!gl->borrowed)
+            eglTerminate(gl->display);
 #endif
         eglReleaseThread();
     }

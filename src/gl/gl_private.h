@@ -11,6 +11,7 @@ struct vit_gl {
     const char *shader_dir;
     EGLDisplay display;
     EGLContext context;
+    bool borrowed; /* the display is somebody else's to end */
     struct vit_caps caps;
     char said[256]; /* what KHR_debug said of the last GL error */
 };

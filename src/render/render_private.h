@@ -46,6 +46,20 @@ VIT_NODISCARD bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy
                                          const struct vit_volume *volume, const struct vit_plan *plan);
 void vit_occupancy_clear(struct vit_occupancy *occupancy);
 
+/* What is drawn into. reduced: what rays come to before classification (MIP, MinIP, mean). */
+struct vit_surface {
+    struct vit_gl_target target, reduced;
+};
+
+/* present.c: a finished picture over its background, into framebuffer 0. */
+struct vit_present {
+    GLuint program, buffer, vertex_array;
+    GLint corner, picture, tex_from_px, background;
+};
+VIT_NODISCARD bool vit_present_draw(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *target,
+                                    const double background[3], int width, int height);
+void vit_present_clear(struct vit_present *present);
+
 /* mesh.c: the outlines of all passes as one triangle list, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {
     float x_px, y_px, near_mm;

@@ -28,7 +28,9 @@ struct vit_renderer {
     struct vit_texture3d texture3d;
     struct vit_table table;
     struct vit_occupancy occupancy;
-    struct vit_gl_target target, reduced; /* reduced: what rays come to before classification (MIP, MinIP, mean) */
+    struct vit_surface surfaces[2]; /* of the last two sizes asked for: at rest, and moving */
+    struct vit_surface *surface;    /* the one in use */
+    struct vit_present present;
     struct program program, reduce_program;
     struct vit_mesh mesh;
     GLuint buffers[2], vertex_array;
@@ -44,6 +46,7 @@ struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_vol
     }
     renderer->gl = gl;
     renderer->volume = volume;
+    renderer->surface = renderer->surfaces;
     glGenBuffers(2, renderer->buffers);
     glGenVertexArrays(1, &renderer->vertex_array);
     return renderer;
@@ -57,8 +60,11 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     vit_texture3d_clear(&renderer->texture3d);
     vit_table_clear(&renderer->table);
     vit_occupancy_clear(&renderer->occupancy);
-    vit_gl_target_destroy(renderer->gl, &renderer->target);
-    vit_gl_target_destroy(renderer->gl, &renderer->reduced);
+    vit_present_clear(&renderer->present);
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(renderer->surfaces); i++) {
+        vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].target);
+        vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].reduced);
+    }
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
     glDeleteProgram(renderer->reduce_program.name);
@@ -121,15 +127,25 @@ static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_pl
     if (!(plan->features & VIT_FEATURE(REDUCE)))
         return true;
     return prepare_program(renderer, &renderer->reduce_program, "reduce", plan) &&
-           prepare_target(renderer, &renderer->reduced, plan);
+           prepare_target(renderer, &renderer->surface->reduced, plan);
+}
+
+/* The surface of this size, or else the one that was not used last. */
+static void choose_surface(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    struct vit_surface *other = &renderer->surfaces[renderer->surface == renderer->surfaces];
+    const struct vit_gl_target *target = &renderer->surface->target;
+    if (target->width != plan->camera.width_px || target->height != plan->camera.height_px)
+        renderer->surface = other;
 }
 
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
     uint64_t start = vit_clock_ns();
+    choose_surface(renderer, plan);
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
-        !prepare_target(renderer, &renderer->target, plan) || !prepare_reduction(renderer, plan) ||
+        !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
         !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress) ||
         !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
         !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
@@ -270,15 +286,16 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
 {
     static const struct vit_mesh_vertex whole[3] = {{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}};
     const struct program *program = &renderer->reduce_program;
-    clear_target(&renderer->target);
+    clear_target(&renderer->surface->target);
     glUseProgram(program->name);
     set_axis(program, plan, &renderer->texture3d);
     glUniform1i(program->reduced, 2);
-    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)renderer->target.width, 1.0f / (GLfloat)renderer->target.height);
+    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)renderer->surface->target.width,
+                1.0f / (GLfloat)renderer->surface->target.height);
     send_vertices(renderer, program, whole, sizeof whole);
     bind_textures(renderer);
     glActiveTexture(GL_TEXTURE2);
-    glBindTexture(GL_TEXTURE_2D, renderer->reduced.texture);
+    glBindTexture(GL_TEXTURE_2D, renderer->surface->reduced.texture);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
@@ -287,7 +304,7 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     uint64_t start = vit_clock_ns();
     bool reduce = plan->features & VIT_FEATURE(REDUCE);
     vit_mesh_build(&renderer->mesh, plan);
-    clear_target(reduce ? &renderer->reduced : &renderer->target);
+    clear_target(reduce ? &renderer->surface->reduced : &renderer->surface->target);
     if (renderer->mesh.index_count > 0)
         draw_slabs(renderer, plan);
     if (reduce)
@@ -299,11 +316,17 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     return vit_gl_check(renderer->gl, "frame");
 }
 
+bool vit_renderer_present(struct vit_renderer *renderer, const struct vit_plan *plan, int width, int height)
+{
+    return vit_present_draw(renderer->gl, &renderer->present, &renderer->surface->target, plan->background, width,
+                            height);
+}
+
 bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
 {
-    int width = renderer->target.width, height = renderer->target.height;
+    int width = renderer->surface->target.width, height = renderer->surface->target.height;
     size_t row_floats = (size_t)width * 4;
-    bool bytes = renderer->target.internal_format == GL_RGBA8;
+    bool bytes = renderer->surface->target.internal_format == GL_RGBA8;
     uint8_t *row = bytes ? vit_alloc(row_floats, 1) : NULL;
     *frame = (struct vit_frame){0};
     if ((bytes && !row) || !vit_frame_init(frame, width, height)) {
@@ -311,7 +334,7 @@ bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
         vit_free(row);
         return false;
     }
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->target.framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->surface->target.framebuffer);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     for (int y = 0; y < height; y++) {
         float *out = frame->rgba + (size_t)(height - 1 - y) * row_floats; /* GL's row 0 is the lowest */

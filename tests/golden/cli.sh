@@ -106,7 +106,9 @@ refused 2 "compare of one picture" compare "$d/truncated.png"
 refused 2 "an unknown phantom" phantom nobody -o out.nrrd
 refused 2 "a phantom without output" phantom block
 refused 2 "the input as output" convert "$d/sphere.nrrd" -o "$d/sphere.nrrd"
-refused 1 "show is not built" show phantom:block
+refused 4 "show of a card that is not there" show phantom:block --card 63
+refused 2 "show without an input" show
+refused 2 "show by the reference" show phantom:block --path reference
 refused 2 "an unknown report" report nobody -o out
 
 # ---- outputs ------------------------------------------------------------------------------------------------------

@@ -35,7 +35,7 @@ function tables() {
     room(++n, "^GLES[23]?/|^GLES[23]/|^KHR/", "gl render")
     room(++n, "^EGL/", "gl display")
     room(++n, "^(xf86drm|drm|libdrm/|gbm\\.h)", "display")
-    room(++n, "^(libseat|libudev)\\.h$", "seat")
+    room(++n, "^(libseat|libudev)\\.h$|^linux/kd\\.h$", "seat")
     room(++n, "^(libinput\\.h|xkbcommon/)", "input")
     room(++n, "^cairo", "overlay report")
     room(++n, "^png\\.h$", "image")
