@@ -36,9 +36,11 @@ enum vit_exit app_caps(struct app *app)
     struct vit_caps caps;
     struct vit_display_card *cards = NULL;
     size_t count = 0;
+    /* Cards first: a GL context may open one, and is its master then. Without GL the screens are still worth knowing:
+     * somebody is about to find out why. */
+    bool listed = vit_display_cards(&cards, &count, &app->log);
     enum vit_exit status = app_gl_open(app, &gl, &caps);
-    /* Without GL the screens are still worth knowing: somebody is about to find out why. */
-    if (!vit_display_cards(&cards, &count, &app->log) && status == VIT_EXIT_DONE)
+    if (!listed && status == VIT_EXIT_DONE)
         status = VIT_EXIT_FAILED;
     if (app->settings->json && status == VIT_EXIT_DONE) {
         json_t *object = caps_json(&caps);

@@ -56,7 +56,7 @@ static bool has_cap(int fd, uint64_t capability)
 
 static bool gbm_works(int fd)
 {
-    struct gbm_device *gbm = gbm_create_device(fd);
+    struct gbm_device *gbm = vit_gbm_open(fd, NULL);
     bool works = gbm && gbm_device_is_format_supported(gbm, GBM_FORMAT_XRGB8888, GBM_BO_USE_SCANOUT);
     if (gbm)
         gbm_device_destroy(gbm);

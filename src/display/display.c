@@ -142,11 +142,29 @@ static bool choose_config(struct vit_display *display)
     return false;
 }
 
+struct gbm_device *vit_gbm_open(int fd, const struct vit_log *log)
+{
+    /* What goes wrong we say ourselves. */
+    bool quiet = !log || log->level < VIT_LOG_DEBUG;
+    int saved = quiet ? fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3) : -1,
+        nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (saved >= 0 && nowhere >= 0)
+        dup2(nowhere, STDERR_FILENO);
+    struct gbm_device *gbm = vit_fault() ? NULL : gbm_create_device(fd);
+    if (saved >= 0) {
+        dup2(saved, STDERR_FILENO);
+        close(saved);
+    }
+    if (nowhere >= 0)
+        close(nowhere);
+    return gbm;
+}
+
 static bool open_egl(struct vit_display *display)
 {
     const char *what = "GBM does not know this card";
     const drmModeModeInfo *mode = &display->commit.output.mode;
-    display->gbm = vit_fault() ? NULL : gbm_create_device(display->fd);
+    display->gbm = vit_gbm_open(display->fd, display->log);
     if (!display->gbm)
         goto fail;
     what = "EGL does not start on GBM";

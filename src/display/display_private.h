@@ -47,6 +47,11 @@ int vit_commit_show(struct vit_commit *commit, uint32_t framebuffer, bool set_mo
 void vit_commit_restore(const struct vit_commit *commit);
 void vit_commit_clear(struct vit_commit *commit);
 
+/* display.c: gbm_create_device() without what its loader says on stderr about drivers that it tried and did not need,
+ * unless `log` is at debug level. */
+struct gbm_device;
+struct gbm_device *vit_gbm_open(int fd, const struct vit_log *log);
+
 /* guard.c: a small process that outlives us, and restores the screen and console if we die without having done so. */
 struct vit_guard {
     pid_t pid; /* 0: none */

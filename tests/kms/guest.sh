@@ -60,6 +60,10 @@ kms-host shot shown
 cat $log
 key right right
 if [ "$full" = 1 ]; then
+    ticks() { awk '{ print $14 + $15 }' /proc/$pid/stat; }
+    before=$(ticks)
+    sleep 10
+    echo "case idle: $(($(ticks) - before)) ticks"
     key up up
     key larger kp_add
     key left_side l

@@ -1,6 +1,6 @@
 #!/bin/sh
 # `vitrine show` on emulated cards: QEMU boots Debian's kernel, the screen is dumped and compared with `snapshot` of the same
-# scene. KMS_CARDS: bochs, virtio (default bochs); KMS_FULL=1: more keys, legacy mode setting, ends by signals.
+# scene. KMS_CARDS: bochs, virtio (default bochs); KMS_SIZE: the mode (640x480); KMS_FULL=1: more keys, legacy mode setting, ends by signals.
 # Needs qemu-system-x86 busybox-static cpio kmod; skipped by name without them, or where no kernel can be had.
 set -u
 # shellcheck source=tests/tools/tap.sh
@@ -8,7 +8,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 case $VITRINE in /*) ;; *) VITRINE=$PWD/$VITRINE ;; esac
 full=${KMS_FULL:-0}
-width=640 height=480
+size=${KMS_SIZE:-640x480}
 
 skip_all() {
     for card in ${KMS_CARDS:-bochs}; do tap_skip "show on $card" "$1"; done
@@ -23,7 +23,7 @@ done
 same() {
     name=$1 dump=$2
     shift 2
-    "$VITRINE" snapshot -q phantom:sphere --size ${width}x$height "$@" -o "$tap_dir/expected.png" >"$tap_out" 2>&1
+    "$VITRINE" snapshot -q phantom:sphere --size "$size" "$@" -o "$tap_dir/expected.png" >"$tap_out" 2>&1
     if "$VITRINE" compare "$tap_dir/expected.png" "$dump" --max 0.003922 >>"$tap_out" 2>&1; then
         tap_pass "$name"
         tap_note "$name: largest difference $(awk '/^max/ { print $3 }' "$tap_out")"
@@ -45,8 +45,8 @@ says() {
 for card in ${KMS_CARDS:-bochs}; do
     out=$tap_dir/$card
     status=0
-    "$here/run-kms.sh" -t "${KMS_LIMIT:-110}" -d "$card" -g ${width}x$height -b "$VITRINE" -f /usr/share/X11/xkb -f /usr/share/libinput \
-        -f "$here/guest.sh:/guest.sh" -o "$out" -- "sh /guest.sh $VITRINE ${width}x$height $full" >"$tap_out" 2>&1 || status=$?
+    "$here/run-kms.sh" -t "${KMS_LIMIT:-110}" -d "$card" -g "$size" -b "$VITRINE" -f /usr/share/X11/xkb -f /usr/share/libinput \
+        -f "$here/guest.sh:/guest.sh" -o "$out" -- "sh /guest.sh $VITRINE $size $full" >"$tap_out" 2>&1 || status=$?
     if [ $status -eq 2 ]; then
         tap_skip "show on $card" "$(grep 'run-kms:' "$tap_out" | head -1)"
         continue
@@ -64,6 +64,8 @@ for card in ${KMS_CARDS:-bochs}; do
     tap_note "$card: $(grep -a 'case quit: vitrine' "$out/console.log" | sed 's/.*vitrine: //')"
     [ "$full" = 1 ] || continue
     second=$("$VITRINE" presets list | awk 'NR == 2 { print $1 }')
+    says "$card: a still picture costs nothing" "case idle: [01] ticks"
+    tap_note "$card: ten seconds at rest: $(grep -ao 'case idle: .*' "$out/console.log") of 1/100 s"
     same "$card: up" "$out/up.png" --view 5,5
     same "$card: + on the keypad" "$out/larger.png" --view 5,5 --zoom 1.1
     same "$card: l" "$out/left_side.png" --view left --zoom 1.1
