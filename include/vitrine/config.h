@@ -97,6 +97,7 @@ struct vit_settings {
     const char *output;   /* -o */
     const char *preset;   /* default "bone" */
     struct vit_view view; /* --view --size --zoom --projection --fov */
+    bool view_given, size_given;
     enum vit_path path;   /* default auto */
     const char *series;   /* NULL: choose */
     const char *set[VIT_SETTINGS_LIST_MAX], *keep[VIT_SETTINGS_LIST_MAX], *gl_limit[VIT_SETTINGS_LIST_MAX];

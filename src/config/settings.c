@@ -197,6 +197,8 @@ static bool take_option(struct parsing *p, const struct vit_option *option, cons
         return true;
     }
     const char *value = attached ? attached : next_value(p, option);
+    p->settings->view_given = p->settings->view_given || option->type == VIT_OPTION_VIEW;
+    p->settings->size_given = p->settings->size_given || option->type == VIT_OPTION_SIZE;
     return value && take_value(option, value, p->settings, p->log);
 }
 

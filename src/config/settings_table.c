@@ -86,7 +86,8 @@ const struct vit_option vit_options[] = {
     RANGE("view", VIEW, "DIRECTION", NULL, view, 0, 0, "anterior", SCENE, G_VIEW,
           "anterior | posterior | left | right | superior | inferior, or AZ,EL[,ROLL] in degrees: azimuth 0 looks from anterior and "
           "grows toward the patient's left, elevation grows upward, roll turns the picture clockwise")
-    RANGE("size", SIZE, "WxH", "pixels", view, 1, 16384, "800x800", SCENE & ~BIT(SHOW), G_VIEW, "size of the picture")
+    RANGE("size", SIZE, "WxH", "pixels", view, 1, 16384, "800x800", SCENE & ~BIT(SHOW), G_VIEW,
+          "size of the picture; report: 200x200 unless given")
     RANGE("zoom", NUMBER, "Z", NULL, view.zoom, 0.01, 1000, "1", SCENE, G_VIEW,
           "magnification; at 1 the volume's bounding sphere fits the smaller side")
     WORD("projection", view.projection, projection, "ortho", SCENE, G_VIEW, "parallel or diverging rays")
@@ -202,8 +203,11 @@ const struct vit_command_row vit_commands[] = {
      report_actions,
      true,
      "error against run time, as tables and plots",
-     "Measures error and time of every method together and writes rows.csv, rows.json, plots and a page. scene needs "
-     "an INPUT.",
+     "Measures error and time of every method together and writes rows.csv, rows.json, plots and a page. rays: ray "
+     "segments. slices: number of slices, formats and filters, as the 1994 paper; an INPUT adds a scene. stiff: "
+     "extreme cases with their bounds. scene INPUT: every way to draw it on this machine; prints the options for the "
+     "least error within --budget-ms (default 40) and the least time for an RMS error of at most --max-error (default "
+     "1/255).",
      {"vitrine report rays -o build/rays", "vitrine report scene chest/ -o build/chest --budget-ms 40", NULL}},
     {VIT_COMMAND_COMPARE,
      "compare",

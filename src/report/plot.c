@@ -59,13 +59,32 @@ static void scale_take(struct scale *scale, double value)
     scale->high = fmax(scale->high, v);
 }
 
+static const double mantissas[] = {1, 2, 5};
+
+/* An axis of less than so many decades gets ticks at 2 and 5 too, and ends at one of them. */
+#define FINE_DECADES 2.4
+
+/* The next 1, 2 or 5 times a power of ten below or above, as logarithms. */
+static double fine_limit(double at, bool up)
+{
+    double found = up ? INFINITY : -INFINITY;
+    for (int decade = (int)floor(at) - 1; decade <= (int)floor(at) + 2; decade++)
+        for (size_t m = 0; m < VIT_ARRAY_LENGTH(mantissas); m++) {
+            double tick = decade + log10(mantissas[m]);
+            if (up ? tick >= at : tick <= at)
+                found = up ? fmin(found, tick) : fmax(found, tick);
+        }
+    return found;
+}
+
 static void scale_round(struct scale *scale)
 {
     if (!(scale->low <= scale->high))
         scale->low = 0, scale->high = 1;
     if (scale->log) {
-        scale->low = floor(scale->low - 0.05);
-        scale->high = ceil(scale->high + 0.05);
+        bool fine = scale->high - scale->low < FINE_DECADES;
+        scale->low = fine ? fine_limit(scale->low - 0.03, false) : floor(scale->low - 0.05);
+        scale->high = fine ? fine_limit(scale->high + 0.03, true) : ceil(scale->high + 0.05);
     } else {
         double margin =
             scale->high > scale->low ? 0.05 * (scale->high - scale->low) : fmax(0.05 * fabs(scale->high), 1e-9);
@@ -113,25 +132,42 @@ static void color(cairo_t *cairo, size_t i)
     cairo_set_source_rgb(cairo, c[0], c[1], c[2]);
 }
 
-static void draw_ticks(struct canvas *canvas, const struct scale *scale, bool vertical)
+/* v: the value, or its log10. */
+static void draw_tick(struct canvas *canvas, const struct scale *scale, bool vertical, double v, double step)
 {
     cairo_t *cairo = canvas->cairo;
+    char text[32];
+    double at = scale->from + (scale->to - scale->from) * (v - scale->low) / (scale->high - scale->low);
+    if (scale->log && (v < -3.01 || v > 4.01))
+        snprintf(text, sizeof text, "%.0e", pow(10, v));
+    else if (scale->log)
+        snprintf(text, sizeof text, "%.5g", pow(10, v));
+    else
+        snprintf(text, sizeof text, "%.4g", fabs(v) < 1e-9 * step ? 0 : v);
+    cairo_set_source_rgb(cairo, 0.88, 0.88, 0.88);
+    cairo_move_to(cairo, vertical ? LEFT : at, vertical ? at : TOP);
+    cairo_line_to(cairo, vertical ? canvas->right : at, vertical ? at : HEIGHT - BOTTOM);
+    cairo_stroke(cairo);
+    cairo_set_source_rgb(cairo, 0.15, 0.15, 0.15);
+    draw_text(cairo, vertical ? LEFT - 8 : at, vertical ? at + 4 : HEIGHT - BOTTOM + 18,
+              vertical ? ALIGN_RIGHT : ALIGN_MIDDLE, text);
+}
+
+static void draw_ticks(struct canvas *canvas, const struct scale *scale, bool vertical)
+{
     double step = scale_step(scale);
-    for (double v = ceil(scale->low / step) * step; v <= scale->high + 1e-9 * step; v += step) {
-        char text[32];
-        double at = scale->from + (scale->to - scale->from) * (v - scale->low) / (scale->high - scale->low);
-        if (scale->log)
-            snprintf(text, sizeof text, "1e%.0f", v);
-        else
-            snprintf(text, sizeof text, "%.4g", fabs(v) < 1e-9 * step ? 0 : v);
-        cairo_set_source_rgb(cairo, 0.88, 0.88, 0.88);
-        cairo_move_to(cairo, vertical ? LEFT : at, vertical ? at : TOP);
-        cairo_line_to(cairo, vertical ? canvas->right : at, vertical ? at : HEIGHT - BOTTOM);
-        cairo_stroke(cairo);
-        cairo_set_source_rgb(cairo, 0.15, 0.15, 0.15);
-        draw_text(cairo, vertical ? LEFT - 8 : at, vertical ? at + 4 : HEIGHT - BOTTOM + 18,
-                  vertical ? ALIGN_RIGHT : ALIGN_MIDDLE, text);
+    bool fine = scale->log && scale->high - scale->low < FINE_DECADES + 1;
+    if (!fine) {
+        for (double v = ceil(scale->low / step) * step; v <= scale->high + 1e-9 * step; v += step)
+            draw_tick(canvas, scale, vertical, v, step);
+        return;
     }
+    for (int decade = (int)floor(scale->low); decade <= (int)floor(scale->high); decade++)
+        for (size_t m = 0; m < VIT_ARRAY_LENGTH(mantissas); m++) {
+            double v = decade + log10(mantissas[m]);
+            if (v >= scale->low - 1e-9 && v <= scale->high + 1e-9)
+                draw_tick(canvas, scale, vertical, v, 1);
+        }
 }
 
 static void draw_frame(struct canvas *canvas, const struct report_plot *plot)
@@ -163,6 +199,18 @@ static int by_x(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* Legible across lines. */
+static void draw_haloed(cairo_t *cairo, double x, double y, const char *text)
+{
+    cairo_move_to(cairo, x, y);
+    cairo_text_path(cairo, text);
+    cairo_set_source_rgba(cairo, 1, 1, 1, 0.85);
+    cairo_set_line_width(cairo, 4);
+    cairo_stroke(cairo);
+    cairo_set_source_rgb(cairo, 0.15, 0.15, 0.15);
+    draw_text(cairo, x, y, ALIGN_LEFT, text);
+}
+
 /* A label beside its point, moved down as long as it would lie on one placed before. */
 static void place_label(struct canvas *canvas, double x, double y, const char *text, double (*placed)[4], size_t *count,
                         size_t room)
@@ -180,7 +228,20 @@ static void place_label(struct canvas *canvas, double x, double y, const char *t
     }
     if (*count < room)
         memcpy(placed[(*count)++], (double[4]){at_x, at_y, width, 0}, sizeof placed[0]);
-    draw_text(canvas->cairo, at_x, at_y, ALIGN_LEFT, text);
+    draw_haloed(canvas->cairo, at_x, at_y, text);
+}
+
+static void draw_dot(cairo_t *cairo, double x, double y, bool front, bool ring)
+{
+    color(cairo, front ? 1 : 0);
+    if (ring)
+        cairo_set_source_rgb(cairo, 0.1, 0.1, 0.1);
+    cairo_set_line_width(cairo, 2);
+    cairo_arc(cairo, x, y, front ? 5 : 3.5, 0, 2 * M_PI);
+    if (ring)
+        cairo_stroke(cairo);
+    else
+        cairo_fill(cairo);
 }
 
 static void draw_points(struct canvas *canvas, const struct report_plot *plot)
@@ -196,8 +257,10 @@ static void draw_points(struct canvas *canvas, const struct report_plot *plot)
     }
     if (count > 0)
         qsort(sorted, count, sizeof sorted[0], by_x);
-    cairo_set_source_rgb(cairo, 0.84, 0.37, 0.0);
-    cairo_set_line_width(cairo, 1.5);
+    /* Over lines of other colours the front is black, and its dots are rings. */
+    bool over = plot->series_count > 0;
+    cairo_set_source_rgba(cairo, over ? 0.1 : 0.84, over ? 0.1 : 0.37, over ? 0.1 : 0.0, over ? 0.35 : 1);
+    cairo_set_line_width(cairo, over ? 4 : 1.5);
     for (size_t i = 0; i < count; i++) {
         if (sorted[i].front)
             cairo_line_to(cairo, scale_at(&canvas->x, sorted[i].x), scale_at(&canvas->y, sorted[i].y));
@@ -205,10 +268,28 @@ static void draw_points(struct canvas *canvas, const struct report_plot *plot)
     cairo_stroke(cairo);
     for (size_t i = 0; i < count; i++) {
         double x = scale_at(&canvas->x, sorted[i].x), y = scale_at(&canvas->y, sorted[i].y);
-        color(cairo, sorted[i].front ? 1 : 0);
-        cairo_arc(cairo, x, y, sorted[i].front ? 5 : 3.5, 0, 2 * M_PI);
-        cairo_fill(cairo);
+        draw_dot(cairo, x, y, sorted[i].front, over);
         place_label(canvas, x, y, sorted[i].label, placed, &labels, ROOM);
+    }
+}
+
+static void draw_line(struct canvas *canvas, const struct report_series *series)
+{
+    cairo_t *cairo = canvas->cairo;
+    cairo_set_dash(cairo, (const double[]){6, 4}, series->dashed ? 2 : 0, 0);
+    for (size_t i = 0; i < series->count; i++) {
+        if (usable(&canvas->x, series->x[i]) && usable(&canvas->y, series->y[i]))
+            cairo_line_to(cairo, scale_at(&canvas->x, series->x[i]), scale_at(&canvas->y, series->y[i]));
+        else
+            cairo_new_sub_path(cairo);
+    }
+    cairo_stroke(cairo);
+    cairo_set_dash(cairo, NULL, 0, 0);
+    for (size_t i = 0; i < series->count && series->dots; i++) {
+        if (!usable(&canvas->x, series->x[i]) || !usable(&canvas->y, series->y[i]))
+            continue;
+        cairo_arc(cairo, scale_at(&canvas->x, series->x[i]), scale_at(&canvas->y, series->y[i]), 2.6, 0, 2 * M_PI);
+        cairo_fill(cairo);
     }
 }
 
@@ -217,17 +298,11 @@ static void draw_series(struct canvas *canvas, const struct report_plot *plot)
     cairo_t *cairo = canvas->cairo;
     for (size_t s = 0; s < plot->series_count; s++) {
         const struct report_series *series = &plot->series[s];
-        color(cairo, s);
+        color(cairo, series->color ? (size_t)(series->color - 1) : s);
         cairo_set_line_width(cairo, 1.8);
-        cairo_set_dash(cairo, (const double[]){6, 4}, series->dashed ? 2 : 0, 0);
-        for (size_t i = 0; i < series->count; i++) {
-            if (usable(&canvas->x, series->x[i]) && usable(&canvas->y, series->y[i]))
-                cairo_line_to(cairo, scale_at(&canvas->x, series->x[i]), scale_at(&canvas->y, series->y[i]));
-            else
-                cairo_new_sub_path(cairo);
-        }
-        cairo_stroke(cairo);
+        draw_line(canvas, series);
         double y = TOP + 18 + 17 * (double)s;
+        cairo_set_dash(cairo, (const double[]){6, 4}, series->dashed ? 2 : 0, 0);
         cairo_move_to(cairo, canvas->right + 12, y - 4);
         cairo_line_to(cairo, canvas->right + 40, y - 4);
         cairo_stroke(cairo);

@@ -180,8 +180,8 @@ static void boundary_plot(struct report *report, const struct boundary *b, const
     char labels[4][64];
     for (size_t m = 0; m < 4; m++) {
         snprintf(labels[m], sizeof labels[m], "%s, receptor", methods[m]);
-        series[m] = (struct report_series){methods[m], b->x, b->light[m], FACE, false};
-        series[4 + m] = (struct report_series){labels[m], b->x, b->response[m], FACE, true};
+        series[m] = (struct report_series){methods[m], b->x, b->light[m], FACE, .dashed = false};
+        series[4 + m] = (struct report_series){labels[m], b->x, b->response[m], FACE, .dashed = true};
     }
     report_plot_write(report, &(struct report_plot){.file = file,
                                                     .title = title,

@@ -3,6 +3,7 @@
 #define REPORT_PRIVATE_H
 
 #include "vitrine/core.h"
+#include "vitrine/plan.h"
 #include "vitrine/report.h"
 
 /* ---- rows.c --------------------------------------------------------------------------------------------------- */
@@ -79,7 +80,8 @@ struct report_series {
     const char *label;
     const double *x, *y;
     size_t count;
-    bool dashed;
+    bool dashed, dots;
+    int color; /* 1 to 8; 0: by its place in the list */
 };
 struct report_plot {
     const char *file, *title, *x_label, *y_label;
@@ -97,9 +99,124 @@ void report_rays_vectors(struct report *report);
 void report_rays_preintegration(struct report *report);
 void report_rays_shader(struct report *report);
 
+/* ---- fit.c ---------------------------------------------------------------------------------------------------- */
+
+/* WVW94 section 3: seconds = n·c·(1 + a·TwelveBit)·(1 + b·Trilinear); ours has 16 bits. */
+struct report_time_sample {
+    double planes, ms;
+    bool wide, linear; /* 16 bits; trilinear */
+};
+struct report_time_model {
+    double c_ms, wide, linear;         /* c in ms, a, b */
+    double residual_rms, residual_max; /* of time over model, less 1 */
+};
+double report_time_at(const struct report_time_model *model, const struct report_time_sample *sample);
+/* Least squares of the logarithms, so that slow and fast samples count alike. False if the samples do not tell (fewer
+ * than three, or one of the two never changes). */
+VIT_NODISCARD bool report_time_fit(const struct report_time_sample *samples, size_t count,
+                                   struct report_time_model *model);
+
+/* Of points (x: time, y: error) the one of least error within `budget`, or of least time within `bound`; a tie goes to
+ * the better in the other. `count` where none is. NaN never wins. */
+size_t report_least_error(const struct report_point *points, size_t count, double budget);
+size_t report_least_time(const struct report_point *points, size_t count, double bound);
+
+/* ---- picture.c ------------------------------------------------------------------------------------------------- */
+
+/* How a picture is drawn, beside what it shows. */
+struct report_setting {
+    enum vit_classify classify;
+    enum vit_filter filter;
+    int bits;
+    double slices_per_voxel;
+    const char *limits[2]; /* of the driver, to be lowered: NAME=VALUE; NULL: none */
+    enum vit_path path;    /* 0: 3D */
+};
+struct report_setting report_setting_make(enum vit_classify classify, enum vit_filter filter, int bits,
+                                          double slices_per_voxel);
+/* What it shows. Plans made of it borrow it. */
+struct report_stage {
+    struct report *report;
+    struct vit_gl *gl;
+    struct vit_caps caps;
+    const struct vit_volume *volume;
+    struct vit_preset preset; /* borrows the lists of another */
+    struct vit_view view;
+    const char *const *keep;
+    size_t keep_count;
+    double enough_ms; /* frames are timed for about so long, at least three, at most nine */
+    struct vit_frame truth;
+};
+/* Draws the truth: the continuous integral of the linearly interpolated field. `row`: time and error of the same at its
+ * default tolerance; may be NULL. */
+VIT_NODISCARD bool report_stage_begin(struct report_stage *stage, struct report_row *row);
+void report_stage_end(struct report_stage *stage);
+/* False: this machine cannot draw it (not logged), and the setting is to be left out. */
+VIT_NODISCARD bool report_stage_plan(struct report_stage *stage, const struct report_setting *setting,
+                                     struct vit_plan *plan);
+/* By the renderer: set-up, times, and error against the truth into the row. The frame, over the background, is
+ * initialised by this call; NULL: not wanted. False: logged. */
+VIT_NODISCARD bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+                                     struct vit_frame *frame);
+/* The same by the reference, as ideal slabs. */
+VIT_NODISCARD bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+                                      struct vit_frame *frame);
+VIT_NODISCARD bool report_compare(const struct report_stage *stage, const struct vit_frame *truth,
+                                  const struct vit_frame *frame, struct report_row *row);
+/* As options of the command line. */
+void report_setting_options(const struct report_setting *setting, char *text, size_t bytes);
+/* "az30 el20 ortho", for rows. */
+void report_view_name(const struct vit_view *view, char *text, size_t bytes);
+/* Not larger than so many pixels on its smaller side. */
+struct vit_view report_view_small(const struct vit_view *view, int side_px);
+
+/* ---- slices_rounding.c, scene_floors.c --------------------------------------------------------------------------- */
+
+struct report_page;
+/* Rows and plot of one volume; what it comes to is said and kept in `text`. */
+VIT_NODISCARD bool report_rounding(struct report_stage *stage, const char *name, const char *file, const char *title,
+                                   FILE *say, char *text, size_t bytes);
+
+/* The renderer beside ideal slabs, in several views. */
+#define REPORT_FLOOR_VIEWS 6
+#define REPORT_FLOOR_RATES 4
+#define REPORT_TERMS       9
+struct report_floors {
+    struct {
+        char view[40];
+        double floor_rms[REPORT_FLOOR_RATES], floor_max[REPORT_FLOOR_RATES];
+        double ours_rms[REPORT_FLOOR_RATES], ours_max[REPORT_FLOOR_RATES];
+    } views[REPORT_FLOOR_VIEWS];
+    double worst;       /* greatest of ours_rms / floor_rms, where the floor is not next to nothing */
+    double worst_exact; /* greatest of ours_rms where it is */
+    int width_px, height_px;
+    /* One thing changed at a time, at the most slabs: distance to the ideal slabs, and to the truth. */
+    struct {
+        const char *name;
+        double rms, max, truth_rms, ms;
+        bool there;
+    } terms[REPORT_TERMS];
+    char verdict[400];
+};
+extern const double report_floor_rates[REPORT_FLOOR_RATES];
+VIT_NODISCARD bool report_floors_measure(const struct report_stage *scene, struct report_floors *floors);
+void report_floors_write(const struct report_floors *floors, FILE *out);
+
 /* ---- page.c --------------------------------------------------------------------------------------------------- */
 
-/* index.html with `intro` (HTML), the plots named (NULL ends) inside it, and the table of rows. */
+/* index.html: begun, written to, ended with the table of rows. */
+struct report_page {
+    struct report *report;
+    struct vit_outfile *file;
+    FILE *out;
+};
+VIT_NODISCARD bool report_page_begin(struct report_page *page, struct report *report, const char *title);
+/* A plot (.svg) or picture (.png) of the report's folder, inside the page. */
+void report_page_figure(struct report_page *page, const char *name, const char *caption);
+void report_page_end(struct report_page *page);
+void report_put_escaped(FILE *out, const char *text);
+
+/* All of it, with `intro` (HTML) and the plots named (NULL ends). */
 void report_page_write(struct report *report, const char *title, const char *intro, const char *const *plots);
 
 #endif

@@ -7,14 +7,22 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+/* Before minutes of work: is there a folder, and may it be written to? */
 bool report_open(struct report *report)
 {
-    if (mkdir(report->folder, 0777) != 0 && errno != EEXIST) {
-        vit_error(report->log, "%s: cannot make this folder: %s", report->folder, strerror(errno));
-        return false;
-    }
-    return true;
+    struct stat status;
+    int wrong = mkdir(report->folder, 0777) != 0 && errno != EEXIST ? errno : 0;
+    if (!wrong && stat(report->folder, &status) != 0)
+        wrong = errno;
+    if (!wrong && !S_ISDIR(status.st_mode))
+        wrong = ENOTDIR;
+    if (!wrong && access(report->folder, W_OK | X_OK) != 0)
+        wrong = errno;
+    if (wrong)
+        vit_error(report->log, "%s: cannot write a report into this folder: %s", report->folder, strerror(wrong));
+    return wrong == 0;
 }
 
 void report_close(struct report *report)

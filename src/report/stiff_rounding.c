@@ -191,7 +191,8 @@ void stiff_rounding_plot(struct report *report)
     double slices[SERIES][COUNTS], error[SERIES][COUNTS];
     struct report_series series[SERIES];
     for (size_t k = 0; k < SERIES; k++)
-        series[k] = (struct report_series){k < 3 ? overs[k] : ways[k - 3].method, slices[k], error[k], 0, k < 3};
+        series[k] =
+            (struct report_series){k < 3 ? overs[k] : ways[k - 3].method, slices[k], error[k], 0, .dashed = k < 3};
     for (size_t i = 0; i < report->count; i++) {
         const struct report_row *row = &report->rows[i];
         for (size_t k = 0; k < SERIES && strncmp(row->case_name, case_start, sizeof case_start - 1) == 0; k++) {

@@ -110,6 +110,8 @@ refused 4 "show of a card that is not there" show phantom:block --card 63
 refused 2 "show without an input" show
 refused 2 "show by the reference" show phantom:block --path reference
 refused 2 "an unknown report" report nobody -o out
+refused 2 "a scene report without a scene" report scene -o out
+refused 3 "a scene report of an absent file" report scene "$d/absent" -o out
 
 # ---- outputs ------------------------------------------------------------------------------------------------------
 mkdir "$d/full" && : >"$d/full/somebody.dcm"

@@ -1,0 +1,227 @@
+/* Pictures of one scene, measured: by the renderer or as ideal slabs, against the continuous integral. */
+#include "report_private.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "vitrine/image.h"
+#include "vitrine/reference.h"
+#include "vitrine/render.h"
+
+#define RUNS_LEAST 3
+#define RUNS_MOST  9
+
+static double ms_since(uint64_t start_ns)
+{
+    return (double)(vit_clock_ns() - start_ns) * 1e-6;
+}
+
+/* What is seen, and what errors are measured of. */
+static void put_over_background(struct vit_frame *frame, const double background[3])
+{
+    size_t pixels = (size_t)frame->width_px * (size_t)frame->height_px;
+    for (size_t i = 0; i < pixels; i++) {
+        float *rgba = frame->rgba + 4 * i;
+        for (int c = 0; c < 3; c++)
+            rgba[c] += (1 - rgba[3]) * (float)background[c];
+        rgba[3] = 1;
+    }
+}
+
+bool report_compare(const struct report_stage *stage, const struct vit_frame *truth, const struct vit_frame *frame,
+                    struct report_row *row)
+{
+    struct vit_image_metrics metrics;
+    if (!vit_image_compare(truth, frame, &metrics, stage->report->log))
+        return false;
+    row->err_max = metrics.max_abs;
+    row->err_rms = metrics.rms;
+    row->psnr = metrics.psnr_db;
+    row->ssim = metrics.ssim;
+    row->bias = metrics.bias;
+    return true;
+}
+
+struct report_setting report_setting_make(enum vit_classify classify, enum vit_filter filter, int bits,
+                                          double slices_per_voxel)
+{
+    return (struct report_setting){
+        .classify = classify, .filter = filter, .bits = bits, .slices_per_voxel = slices_per_voxel};
+}
+
+bool report_stage_plan(struct report_stage *stage, const struct report_setting *setting, struct vit_plan *plan)
+{
+    struct vit_preset preset = stage->preset;
+    preset.sampling.classify = setting->classify;
+    preset.sampling.filter = setting->filter;
+    preset.sampling.texture_bits = setting->bits;
+    preset.sampling.slices_per_voxel = setting->slices_per_voxel;
+    struct vit_plan_request request = {.volume = stage->volume,
+                                       .preset = &preset,
+                                       .view = stage->view,
+                                       .caps = stage->caps,
+                                       .path = setting->path ? setting->path : VIT_PATH_3D,
+                                       .keep = stage->keep,
+                                       .keep_count = stage->keep_count};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(setting->limits) && setting->limits[i]; i++)
+        if (!vit_caps_limit(&request.caps, setting->limits[i], stage->report->log))
+            return false;
+    if (vit_plan_make(plan, &request, NULL) != VIT_PLAN_DONE)
+        return false;
+    plan->transfer = &stage->preset.transfer; /* the copy above goes */
+    return true;
+}
+
+static bool draw_reference(struct report_stage *stage, const struct vit_plan *plan, double tolerance,
+                           enum vit_reference_mode mode, struct vit_frame *frame, double *ms)
+{
+    struct vit_reference_params params = {tolerance, mode};
+    uint64_t start = vit_clock_ns();
+    *frame = (struct vit_frame){0};
+    if (!vit_reference_draw(stage->volume, plan, &params, frame, stage->report->log, stage->report->progress))
+        return false;
+    *ms = ms_since(start);
+    put_over_background(frame, plan->background);
+    return true;
+}
+
+static void row_once(struct report_row *row, double ms)
+{
+    row->ms_median = row->ms_min = row->ms_max = ms;
+}
+
+bool report_stage_begin(struct report_stage *stage, struct report_row *row)
+{
+    struct report_setting setting = report_setting_make(VIT_CLASSIFY_POST, VIT_FILTER_LINEAR, 8, 1);
+    struct vit_plan plan;
+    struct vit_frame frame = {0};
+    double ms;
+    if (!report_stage_plan(stage, &setting, &plan)) {
+        vit_error(stage->report->log, "report: this GL cannot draw the scene; `vitrine plan` says why");
+        return false;
+    }
+    double tolerance = vit_reference_params_default().tolerance;
+    if (!draw_reference(stage, &plan, tolerance / 100, VIT_REFERENCE_CONTINUOUS, &stage->truth, &ms))
+        return false;
+    if (!row)
+        return true;
+    bool ok = draw_reference(stage, &plan, tolerance, VIT_REFERENCE_CONTINUOUS, &frame, &ms) &&
+              report_compare(stage, &stage->truth, &frame, row);
+    if (ok)
+        row_once(row, ms);
+    vit_frame_clear(&frame);
+    return ok;
+}
+
+void report_stage_end(struct report_stage *stage)
+{
+    vit_frame_clear(&stage->truth);
+}
+
+bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+                        struct vit_frame *frame)
+{
+    struct vit_frame drawn;
+    double ms;
+    if (!draw_reference(stage, plan, vit_reference_params_default().tolerance, VIT_REFERENCE_SLABS, &drawn, &ms))
+        return false;
+    bool ok = !stage->truth.rgba || report_compare(stage, &stage->truth, &drawn, row);
+    row_once(row, ms);
+    row->slices = plan->slab_count;
+    if (ok && frame)
+        *frame = drawn;
+    else
+        vit_frame_clear(&drawn);
+    return ok;
+}
+
+static int compare_numbers(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* One frame to warm up, then frames until there has been enough time. */
+static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *plan, double enough_ms,
+                       struct report_row *row)
+{
+    double ms[RUNS_MOST], total = 0;
+    size_t runs = 0;
+    if (!vit_renderer_draw(renderer, plan))
+        return false;
+    while (runs < RUNS_LEAST || (runs < RUNS_MOST && total < enough_ms)) {
+        if (!vit_renderer_draw(renderer, plan))
+            return false;
+        ms[runs] = vit_renderer_stats(renderer).frame_ms;
+        total += ms[runs++];
+    }
+    qsort(ms, runs, sizeof ms[0], compare_numbers);
+    row->ms_min = ms[0];
+    row->ms_median = 0.5 * (ms[(runs - 1) / 2] + ms[runs / 2]);
+    row->ms_max = ms[runs - 1];
+    return true;
+}
+
+bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+                       struct vit_frame *frame)
+{
+    struct vit_frame drawn = {0};
+    /* A new one each time, so that its set-up is the whole set-up. */
+    struct vit_renderer *renderer = vit_renderer_create(stage->gl, stage->volume);
+    if (!renderer || !vit_renderer_prepare(renderer, plan, NULL))
+        goto fail;
+    row->setup_ms = vit_renderer_stats(renderer).setup_ms;
+    if (!draw_timed(renderer, plan, stage->enough_ms, row) || !vit_renderer_read(renderer, &drawn))
+        goto fail;
+    struct vit_render_stats stats = vit_renderer_stats(renderer);
+    row->bytes = (double)stats.texture_bytes;
+    row->slices = stats.slices;
+    row->fragments = (double)stats.fragments;
+    put_over_background(&drawn, plan->background);
+    if (stage->truth.rgba && !report_compare(stage, &stage->truth, &drawn, row))
+        goto fail;
+    vit_renderer_destroy(&renderer);
+    if (frame)
+        *frame = drawn;
+    else
+        vit_frame_clear(&drawn);
+    return true;
+fail:
+    vit_renderer_destroy(&renderer);
+    vit_frame_clear(&drawn);
+    return false;
+}
+
+void report_setting_options(const struct report_setting *setting, char *text, size_t bytes)
+{
+    int used =
+        snprintf(text, bytes,
+                 "--path %s --set sampling.classify=%s --set sampling.slices_per_voxel=%.9g --set "
+                 "sampling.texture_bits=%d --set sampling.filter=%s",
+                 vit_path_name(setting->path ? setting->path : VIT_PATH_3D), vit_classify_name(setting->classify),
+                 setting->slices_per_voxel, setting->bits, vit_filter_name(setting->filter));
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(setting->limits) && setting->limits[i]; i++)
+        if (used >= 0 && (size_t)used < bytes)
+            used += snprintf(text + used, bytes - (size_t)used, " --gl-limit %s", setting->limits[i]);
+}
+
+void report_view_name(const struct vit_view *view, char *text, size_t bytes)
+{
+    const double degrees = 180 / M_PI;
+    char roll[24] = "";
+    if (fabs(view->roll_rad) > 1e-9)
+        snprintf(roll, sizeof roll, " roll%.4g", view->roll_rad * degrees);
+    snprintf(text, bytes, "az%.4g el%.4g%s %s", view->azimuth_rad * degrees, view->elevation_rad * degrees, roll,
+             vit_projection_name(view->projection));
+}
+
+struct vit_view report_view_small(const struct vit_view *view, int side_px)
+{
+    struct vit_view small = *view;
+    int least = view->width_px < view->height_px ? view->width_px : view->height_px;
+    if (least > side_px) {
+        small.width_px = (int)lround((double)view->width_px * side_px / least);
+        small.height_px = (int)lround((double)view->height_px * side_px / least);
+    }
+    return small;
+}
