@@ -87,7 +87,7 @@ case $accel in kvm) acc="-accel kvm -cpu host";; *) acc="-accel tcg,thread=multi
 # ---- display
 w=${geo%x*} h=${geo#*x}
 case $disp in
-  bochs)  dev="-vga none -device bochs-display,id=gpu0,xres=$w,yres=$h" m=bochs;;
+  bochs)  dev="-vga none -device bochs-display,id=gpu0,xres=$w,yres=$h,vgamem=64M" m=bochs;;
   vga)    dev="-vga none -device VGA,id=gpu0,xres=$w,yres=$h,vgamem_mb=64" m=bochs;;
   virtio) dev="-vga none -device virtio-gpu-pci,id=gpu0,xres=$w,yres=$h,max_outputs=$heads" m=virtio-gpu;;
   cirrus) dev="-vga none -device cirrus-vga,id=gpu0" m=cirrus;;
