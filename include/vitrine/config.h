@@ -98,8 +98,8 @@ struct vit_settings {
     const char *preset;   /* default "bone" */
     struct vit_view view; /* --view --size --zoom --projection --fov */
     bool view_given, size_given;
-    enum vit_path path;   /* default auto */
-    const char *series;   /* NULL: choose */
+    enum vit_path path; /* default auto */
+    const char *series; /* NULL: choose */
     const char *set[VIT_SETTINGS_LIST_MAX], *keep[VIT_SETTINGS_LIST_MAX], *gl_limit[VIT_SETTINGS_LIST_MAX];
     size_t set_count, keep_count, gl_limit_count;
     const char *card, *connector, *mode; /* show; NULL: choose */
