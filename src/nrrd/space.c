@@ -168,12 +168,16 @@ static bool parse_spacings(const struct vit_nrrd_text *text, struct vit_nrrd_hea
 {
     const char *at = vit_nrrd_text_field(text, VIT_NRRD_FIELD_SPACINGS);
     double edges[3] = {1, 1, 1};
+    bool unknown = false;
     for (int axis = 0; axis < header->dimension; axis++) {
         double spacing;
         if (!vit_nrrd_parse_double(&at, &spacing))
             return vit_nrrd_refuse(text, VIT_NRRD_FIELD_SPACINGS, "axis %d has no number", axis);
         int domain = axis - header->domain_axis;
-        if (isnan(spacing) || domain < 0 || domain > 2) /* nan: the file does not know */
+        if (domain < 0 || domain > 2)
+            continue;
+        unknown = unknown || isnan(spacing);
+        if (isnan(spacing)) /* the file does not know */
             continue;
         if (!isfinite(spacing) || spacing <= 0)
             return vit_nrrd_refuse(text, VIT_NRRD_FIELD_SPACINGS, "axis %d: %g mm is not a spacing above 0", axis,
@@ -183,6 +187,8 @@ static bool parse_spacings(const struct vit_nrrd_text *text, struct vit_nrrd_hea
     }
     if (at[strspn(at, " \t")])
         return vit_nrrd_refuse(text, VIT_NRRD_FIELD_SPACINGS, "more numbers than the %d axes", header->dimension);
+    if (unknown && header->has_geometry)
+        vit_warn(text->log, "%s: `spacings` leaves an axis unknown (nan); 1 mm is taken", text->path);
     header->lps_mm_from_index = vit_mat4_scale(edges[0], edges[1], edges[2]);
     return true;
 }

@@ -42,7 +42,7 @@ void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT])
         vit_plan_leave_out(plan, 0, "everything", "clip_mm trims the whole volume away");
 }
 
-bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log)
+enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log)
 {
     plan->slab_mm = slab_mm;
     double far_mm = INFINITY, near_mm = -INFINITY;
@@ -61,15 +61,18 @@ bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log 
     plan->near_mm = near_mm;
     for (int axis = 0; axis < 3; axis++)
         if (plan->clip_low[axis] >= plan->clip_high[axis])
-            return true;
+            return VIT_PLAN_DONE;
     /* A face that lies on a slab face up to rounding does not begin another slab. */
     double first = floor(far_mm / slab_mm + 1e-9), end = ceil(near_mm / slab_mm - 1e-9);
-    if (!(slab_mm > 0) || end - first > 1 << 20) {
-        vit_error(log, "%.0f slabs would be needed, at most %d can be drawn; lower sampling.slices_per_voxel",
-                  end - first, 1 << 20);
-        return false;
+    /* The reference's rays need no slabs, but its ideal slabs do; they too end at what fits. */
+    double most = 1 << 20;
+    if (!(end - first <= most && fabs(first) < most * 1024)) {
+        vit_error(log,
+                  "%.3g slabs of %g mm would be needed, at most %.0f can be drawn; lower sampling.slices_per_voxel",
+                  end - first, slab_mm, most);
+        return VIT_PLAN_DOES_NOT_FIT;
     }
     plan->slab_first = (int)first;
     plan->slab_count = end > first ? (int)(end - first) : 0;
-    return true;
+    return VIT_PLAN_DONE;
 }

@@ -297,7 +297,7 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
         plan->classify = VIT_CLASSIFY_SLAB;
     vit_plan_clip(plan, preset->clip_mm);
     vit_plan_empty_border(plan, request);
-    if (!vit_plan_slabs(plan, vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel, log))
-        return VIT_PLAN_WRONG;
-    return choose_path(plan, request, log);
+    enum vit_plan_result result =
+        vit_plan_slabs(plan, vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel, log);
+    return result == VIT_PLAN_DONE ? choose_path(plan, request, log) : result;
 }

@@ -24,7 +24,7 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
 
 /* geometry.c */
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
-VIT_NODISCARD bool vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
+VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
 
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);

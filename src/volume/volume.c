@@ -31,6 +31,11 @@ static bool check_matrix(const struct vit_mat4 *m, const struct vit_log *log)
         vit_error(log, "volume geometry: the matrix is not affine (last row must be 0 0 0 1)");
         return false;
     }
+    for (int r = 0; r < 3; r++)
+        if (!(fabs(m->m[r][3]) <= 1e7)) { /* 10 km: beyond it double precision no longer tells voxels apart */
+            vit_error(log, "volume geometry: the origin lies at %g mm (allowed: -1e7 to 1e7)", m->m[r][3]);
+            return false;
+        }
     double edges = 1;
     for (int c = 0; c < 3; c++) {
         double length = vit_vec3_length(column(*m, c));

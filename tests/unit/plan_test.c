@@ -114,7 +114,7 @@ static void slabs_cover_the_box(void **state)
     assert_int_equal(plan.slab_first, -10);
     assert_int_equal(plan.slab_count, 20);
     scene->preset.sampling.slices_per_voxel = 1e5;
-    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_WRONG);
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
     assert_non_null(strstr(scene->last, "slices_per_voxel"));
     scene->preset.sampling.slices_per_voxel = 1;
 }
