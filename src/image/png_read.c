@@ -53,6 +53,14 @@ static void ask_for_rgba16(png_structp png, png_infop info)
 #endif
 }
 
+/* Chunks that no pixel depends on are skipped unread: libpng takes memory for a text chunk by its claimed length, and
+ * only warns when that is over the limit. */
+static void skip_ancillary(png_structp png)
+{
+    static const png_byte chunks[] = "eXIf\0iCCP\0iTXt\0tEXt\0zTXt\0sPLT\0hIST\0pCAL\0sCAL";
+    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, chunks, sizeof chunks / 5);
+}
+
 /* Header only: size and transforms. Jumps land here. */
 static bool read_header(struct reader *reader)
 {
@@ -62,6 +70,7 @@ static bool read_header(struct reader *reader)
     png_set_user_limits(reader->png, VIT_IMAGE_SIDE_MAX, VIT_IMAGE_SIDE_MAX);
     png_set_chunk_cache_max(reader->png, 128);
     png_set_chunk_malloc_max(reader->png, 8u << 20);
+    skip_ancillary(reader->png);
     png_read_info(reader->png, reader->info);
     reader->width = png_get_image_width(reader->png, reader->info);
     reader->height = png_get_image_height(reader->png, reader->info);
