@@ -125,6 +125,9 @@ VIT_NODISCARD bool vit_plan_occupancy(const struct vit_plan *plan, const struct 
 /* What `auto` leads to on such a GL: 3d, or the reference where this build has nothing that runs on it. */
 enum vit_path vit_plan_auto_path(const struct vit_caps *caps);
 
+/* The look-up table of post and slab classification: rgba[(row·axis.entries + entry)·4 + channel], table_rows rows. */
+void vit_plan_table_fill(const struct vit_plan *plan, float *rgba);
+
 /* Rules that --keep can switch off; name NULL ends. */
 struct vit_plan_rule {
     const char *name, *help;

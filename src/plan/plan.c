@@ -272,6 +272,20 @@ static enum vit_plan_result choose_path(struct vit_plan *plan, const struct vit_
     return fits_texture(plan, &request->caps, log) ? VIT_PLAN_DONE : VIT_PLAN_DOES_NOT_FIT;
 }
 
+void vit_plan_table_fill(const struct vit_plan *plan, float *rgba)
+{
+    if (plan->table_rows > 1) {
+        vit_preintegrated_build(plan->transfer, &plan->axis, plan->table_mm, rgba);
+        return;
+    }
+    for (int i = 0; i < plan->axis.entries; i++) {
+        double slab[4];
+        vit_transfer_slab(plan->transfer, vit_hu_axis_hu(&plan->axis, i), plan->table_mm, slab);
+        for (int c = 0; c < 4; c++)
+            rgba[i * 4 + c] = (float)slab[c];
+    }
+}
+
 enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request,
                                    const struct vit_log *log)
 {

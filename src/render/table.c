@@ -11,20 +11,6 @@ static uint64_t hash_table(const struct vit_plan *plan)
     return vit_hash_bytes(hash, &plan->table_mm, sizeof plan->table_mm);
 }
 
-static void fill(const struct vit_plan *plan, float *rgba)
-{
-    if (plan->table_rows > 1) {
-        vit_preintegrated_build(plan->transfer, &plan->axis, plan->table_mm, rgba);
-        return;
-    }
-    for (int i = 0; i < plan->axis.entries; i++) {
-        double slab[4];
-        vit_transfer_slab(plan->transfer, vit_hu_axis_hu(&plan->axis, i), plan->table_mm, slab);
-        for (int c = 0; c < 4; c++)
-            rgba[i * 4 + c] = (float)slab[c];
-    }
-}
-
 bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan)
 {
     if (plan->axis.entries == 0)
@@ -39,7 +25,7 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
         vit_error(vit_gl_log(gl), "out of memory for a table of %d x %d", width, height);
         return false;
     }
-    fill(plan, rgba);
+    vit_plan_table_fill(plan, rgba);
     if (!vit_fault())
         glGenTextures(1, &table->texture);
     if (!table->texture) {

@@ -83,21 +83,6 @@ static void find_texel_noise(struct budget *b)
     b->hu_noise = fabs(info->slope) * (b->hu_noise + filter);
 }
 
-/* As render/table.c fills it. */
-static void fill_table(const struct vit_plan *plan, float *rgba)
-{
-    if (plan->table_rows > 1) {
-        vit_preintegrated_build(plan->transfer, &plan->axis, plan->table_mm, rgba);
-        return;
-    }
-    for (int i = 0; i < plan->axis.entries; i++) {
-        double slab[4];
-        vit_transfer_slab(plan->transfer, vit_hu_axis_hu(&plan->axis, i), plan->table_mm, slab);
-        for (int c = 0; c < 4; c++)
-            rgba[i * 4 + c] = (float)slab[c];
-    }
-}
-
 static bool same_axis(const struct vit_hu_axis *a, const struct vit_hu_axis *b)
 {
     bool same = a->entries == b->entries && a->segments == b->segments;
@@ -117,7 +102,7 @@ static bool make_table(struct budget *b, struct render_case *scene)
             vit_alloc((size_t)plan->axis.entries * (size_t)plan->table_rows, 4 * sizeof *scene->table.rgba);
         if (!scene->table.rgba)
             return false;
-        fill_table(plan, scene->table.rgba);
+        vit_plan_table_fill(plan, scene->table.rgba);
         scene->table.axis = plan->axis;
         scene->table.rows = plan->table_rows;
         scene->table.mm = plan->table_mm;
