@@ -5,7 +5,6 @@
 //   VIT_POST   HU in a slab's middle, looked up in a table of homogeneous slabs
 //   neither    texels that were classified before filtering
 //   VIT_REDUCE no light at all: HU at the faces, for MIP, MinIP and mean (VIT_MINIP, VIT_MEAN)
-uniform VIT_SAMPLER_3D texels; // premultiplied colour and opacity of a slab of thickness slab_mm, or HU
 uniform vec3 box_low;          // the visible box, texture coordinates
 uniform vec3 box_high;
 uniform vec3 tex_toward;       // ortho: texture coordinates per mm toward the eye; perspective: the eye
@@ -24,11 +23,6 @@ VIT_VARYING float pass_near_mm;
 
 #ifdef VIT_AXIS_GROUPS
 uniform sampler2D table; // s: HU at the back (or in the middle), t: HU at the front
-
-float value_at(vec3 position)
-{
-    return VIT_TEXTURE_3D(texels, position).r;
-}
 #endif
 
 void main()
@@ -63,10 +57,10 @@ void main()
     float greatest = 0.0;
     vec2 mean = vec2(0.0);
     float whole_mm = max(near_mm - far_mm, 1e-20);
-    float front = value_at(base + front_mm * along);
+    float front = texel_at(base + front_mm * along).r;
     for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
         float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
-        float back = value_at(base + back_mm * along);
+        float back = texel_at(base + back_mm * along).r;
 #ifdef VIT_MEAN
         float share = (front_mm - back_mm) / whole_mm;
         mean += share * vec2(0.5 * (front + back), 1.0);
@@ -93,7 +87,7 @@ void main()
     const bool empty = false;
 #endif
 #ifdef VIT_SLAB
-    float front = table_coordinate(value_at(base + front_mm * along));
+    float front = table_coordinate(texel_at(base + front_mm * along).r);
 #endif
     for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
         if (empty)
@@ -101,15 +95,15 @@ void main()
         float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
         float k = (front_mm - back_mm) * stretch;
 #ifdef VIT_SLAB
-        float back = table_coordinate(value_at(base + back_mm * along));
+        float back = table_coordinate(texel_at(base + back_mm * along).r);
         vec4 slab = VIT_TEXTURE_2D(table, vec2(back, front));
         front = back;
 #else
         vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
-        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(value_at(middle)), 0.5));
+        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(texel_at(middle).r), 0.5));
 #else
-        vec4 slab = VIT_TEXTURE_3D(texels, middle);
+        vec4 slab = texel_at(middle);
 #endif
 #endif
         front_mm = back_mm;

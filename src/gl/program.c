@@ -56,16 +56,24 @@ static char *define_lines(const char *const *defines)
     return lines;
 }
 
-/* Mesa and most others begin a message with "STRING:LINE"; string 0 is the body (#line 1 0), 1 the prelude, 2 common,
- * 3 psi. Of a failure the first line with an error in it is logged as one; everything else is there at debug level. */
+/* What fragment stages share, each behind the one before; pulled in by a #define, or always. */
+static const struct {
+    const char *name, *when;
+} shared[] = {{"common.glsl", NULL}, {"psi.glsl", "VIT_PSI"}, {"texels.glsl", "VIT_TEXELS"}};
+/* The prelude, those, and the stage itself. */
+#define VIT_SHADER_PARTS ((int)VIT_ARRAY_LENGTH(shared) + 2)
+
+/* Mesa and most others begin a message with "STRING:LINE"; string 0 is the stage itself, 1 the prelude, 2 and on what
+ * is shared. Of a failure the first line with an error in it is logged as one; everything else is there at debug level.
+ */
 static void print_info_log(const struct vit_gl *gl, const char *text, const char *name, bool failed)
 {
     const char *error = strstr(text, "error");
     while (*text) {
         size_t length = strcspn(text, "\n");
-        bool numbered = text[0] >= '0' && text[0] <= '3' && text[1] == ':';
-        const char *const files[] = {name, "prelude", "common.glsl", "psi.glsl"};
-        const char *file = numbered ? files[text[0] - '0'] : name;
+        int part = text[0] - '0';
+        bool numbered = part >= 0 && part < VIT_SHADER_PARTS && text[1] == ':';
+        const char *file = !numbered || part == 0 ? name : part == 1 ? "prelude" : shared[part - 2].name;
         const char *rest = numbered ? text + 2 : text;
         bool loud = failed && (!error || error < text + length);
         if (length > 0)
@@ -76,48 +84,48 @@ static void print_info_log(const struct vit_gl *gl, const char *text, const char
     }
 }
 
-/* What one stage is made of, in this order. */
-struct parts {
-    struct source prelude, common, psi, body;
-};
-
-static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, const char *defines, struct parts *parts)
+static bool defined(const char *defines, const char *name)
 {
-    bool fragment = type == GL_FRAGMENT_SHADER;
-    *parts = (struct parts){.common.text = "", .psi.text = ""};
-    return load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &parts->prelude) &&
-           load(gl, name, &parts->body) && (!fragment || load(gl, "common.glsl", &parts->common)) &&
-           (!fragment || !strstr(defines, "#define VIT_PSI\n") || load(gl, "psi.glsl", &parts->psi));
+    const char *found = strstr(defines, name);
+    size_t length = strlen(name);
+    for (; found; found = strstr(found + 1, name))
+        if (found[-1] == ' ' && (found[length] == ' ' || found[length] == '\n'))
+            return true;
+    return false;
 }
 
-static void free_parts(struct parts *parts)
+static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, const char *defines,
+                       struct source parts[VIT_SHADER_PARTS])
 {
-    vit_free(parts->prelude.owned);
-    vit_free(parts->common.owned);
-    vit_free(parts->psi.owned);
-    vit_free(parts->body.owned);
+    for (int i = 0; i < VIT_SHADER_PARTS; i++)
+        parts[i] = (struct source){.text = ""};
+    bool good = load(gl, gl->caps.gles_major >= 3 ? "prelude_es3.glsl" : "prelude_es2.glsl", &parts[0]);
+    for (int i = 1; good && type == GL_FRAGMENT_SHADER && i < VIT_SHADER_PARTS - 1; i++)
+        if (!shared[i - 1].when || defined(defines, shared[i - 1].when))
+            good = load(gl, shared[i - 1].name, &parts[i]);
+    return good && load(gl, name, &parts[VIT_SHADER_PARTS - 1]);
 }
 
+/* Every part begins with a #line that names its string, so that messages can be told in our file names. */
 static bool compile_parts(const struct vit_gl *gl, GLuint shader, GLenum type, const char *name, const char *defines,
-                          const struct parts *parts)
+                          const struct source parts[VIT_SHADER_PARTS])
 {
+    static const char *const line_starts[] = {"#line 2 1\n", "\n#line 1 2\n", "\n#line 1 3\n", "\n#line 1 4\n",
+                                              "\n#line 1 5\n"};
+    _Static_assert(VIT_ARRAY_LENGTH(line_starts) >= VIT_SHADER_PARTS - 1, "a #line for every part but the stage's");
     const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
     /* #version must come first, so the stage and variant follow it as the prelude's first line ends. */
-    const char *version_end = strchr(parts->prelude.text, '\n');
-    GLint version_length = version_end ? (GLint)(version_end - parts->prelude.text + 1) : 0;
-    const char *texts[] = {parts->prelude.text,
-                           stage,
-                           defines,
-                           "#line 2 1\n",
-                           parts->prelude.text + version_length,
-                           "\n#line 1 2\n",
-                           parts->common.text,
-                           "\n#line 1 3\n",
-                           parts->psi.text,
-                           "\n#line 1 0\n",
-                           parts->body.text};
-    const GLint lengths[] = {version_length, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-    glShaderSource(shader, VIT_ARRAY_LENGTH(texts), texts, lengths);
+    const char *version_end = strchr(parts[0].text, '\n');
+    GLint version_length = version_end ? (GLint)(version_end - parts[0].text + 1) : 0;
+    enum { BEFORE = 3, TEXTS = BEFORE + 2 * VIT_SHADER_PARTS };
+    const char *texts[TEXTS] = {parts[0].text, stage, defines};
+    GLint lengths[TEXTS] = {version_length, -1, -1};
+    for (int i = 0; i < VIT_SHADER_PARTS; i++) {
+        texts[BEFORE + 2 * i] = i < VIT_SHADER_PARTS - 1 ? line_starts[i] : "\n#line 1 0\n";
+        texts[BEFORE + 2 * i + 1] = parts[i].text + (i == 0 ? version_length : 0);
+        lengths[BEFORE + 2 * i] = lengths[BEFORE + 2 * i + 1] = -1;
+    }
+    glShaderSource(shader, TEXTS, texts, lengths);
     glCompileShader(shader);
     GLint compiled = 0;
     char info[4096] = "";
@@ -129,18 +137,19 @@ static bool compile_parts(const struct vit_gl *gl, GLuint shader, GLenum type, c
 
 static GLuint compile(struct vit_gl *gl, GLenum type, const char *name, const char *defines)
 {
-    struct parts parts;
+    struct source parts[VIT_SHADER_PARTS];
     GLuint shader = 0;
-    if (load_parts(gl, type, name, defines, &parts)) {
+    if (load_parts(gl, type, name, defines, parts)) {
         shader = vit_fault() ? 0 : glCreateShader(type);
         if (!shader)
             vit_error(gl->log, "shader %s: GL gives none", name);
-        else if (!compile_parts(gl, shader, type, name, defines, &parts)) {
+        else if (!compile_parts(gl, shader, type, name, defines, parts)) {
             glDeleteShader(shader);
             shader = 0;
         }
     }
-    free_parts(&parts);
+    for (int i = 0; i < VIT_SHADER_PARTS; i++)
+        vit_free(parts[i].owned);
     return shader;
 }
 

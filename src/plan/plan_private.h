@@ -26,6 +26,15 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
 VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
 
+/* formats.c */
+void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps);
+void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps);
+void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);
+
+/* path.c */
+VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,
+                                                        const struct vit_log *log);
+
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */

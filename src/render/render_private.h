@@ -13,6 +13,29 @@
 uint64_t vit_hash_bytes(uint64_t hash, const void *data, size_t bytes);
 uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer);
 
+/* texels.c: voxels to texels, a row at a time; one entry for every raw value that occurs. */
+struct vit_texel_format {
+    GLenum internal_format, layout, type;
+    int channels;
+    size_t bytes; /* of one texel as sent */
+};
+extern const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT];
+struct vit_texels {
+    const struct vit_texel_format *format;
+    bool dither; /* entries are four 16-bit numbers, 1/256 of a stored unit */
+    int raw_min; /* of entry 0 */
+    size_t entry_bytes;
+    unsigned char *entries;
+    double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
+};
+VIT_NODISCARD bool vit_texels_make(struct vit_texels *texels, const struct vit_volume *volume,
+                                   const struct vit_plan *plan); /* false: out of memory */
+/* `count` samples to texels; place: number of the row's first voxel in the volume, which says how it is dithered. */
+void vit_texels_row(const struct vit_texels *texels, enum vit_sample sample, const void *row, size_t count,
+                    uint32_t place, unsigned char *out);
+void vit_texels_clear(struct vit_texels *texels);
+uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels depend on but the voxels */
+
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;

@@ -90,8 +90,8 @@ static bool prepare_program(struct vit_renderer *renderer, struct program *progr
     char per_pass[32], axis_groups[32];
     snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
     snprintf(axis_groups, sizeof axis_groups, "VIT_AXIS_GROUPS %d", groups);
-    const char *defines[VIT_FEATURE_BIT_COUNT + 3] = {per_pass};
-    size_t count = 1;
+    const char *defines[VIT_FEATURE_BIT_COUNT + 4] = {per_pass, "VIT_TEXELS 1"};
+    size_t count = 2;
     if (groups > 0)
         defines[count++] = axis_groups;
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)

@@ -191,7 +191,7 @@ static void a_broken_shader_is_named_with_its_line(void **state)
     struct vit_gl *gl = vit_gl_create(3, &log);
     assert_non_null(gl);
     vit_gl_set_shader_dir(gl, folder);
-    static const char *const defines[] = {"VIT_SLABS_PER_PASS 8", "VIT_AXIS_GROUPS 1", "VIT_SLAB 1", NULL};
+    static const char *const defines[] = {"VIT_SLABS_PER_PASS 8", "VIT_TEXELS 1", "VIT_AXIS_GROUPS 1", "VIT_SLAB 1", NULL};
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         kept = (struct kept){0};
         write_shaders(folder, cases[i].file, cases[i].line, cases[i].text);

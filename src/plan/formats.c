@@ -1,0 +1,84 @@
+/* Textures, tables and framebuffers: the smallest formats that this GL has and the preset asks for. */
+#include <math.h>
+
+#include "plan_private.h"
+
+void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps)
+{
+    bool scalar = plan->classify != VIT_CLASSIFY_PRE;
+    if (preset->sampling.texture_bits == 8) {
+        plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
+    } else if (caps->texture_norm16) {
+        plan->texel = scalar ? VIT_TEXEL_R16 : VIT_TEXEL_RGBA16;
+    } else if (caps->texture_half_float_linear) {
+        plan->texel = scalar ? VIT_TEXEL_R16F : VIT_TEXEL_RGBA16F;
+        vit_plan_leave_out(plan, 0, "16-bit texels", "no 16-bit normalised textures here: half floats (11 bits)");
+    } else {
+        plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
+        vit_plan_leave_out(plan, 0, "16-bit texels", "neither 16-bit normalised nor half-float textures here: 8 bits");
+    }
+}
+
+/* An entry of the pre-integrated table crosses a share of all control points: many of them make it coarser, so that a
+ * transfer function with thousands does not hold the picture up for minutes. */
+static int slab_entries(struct vit_plan *plan)
+{
+    double crowd = (double)plan->transfer->count / VIT_PLAN_SLAB_POINTS;
+    if (crowd <= 1)
+        return VIT_PLAN_SLAB_ENTRIES;
+    int entries = (int)fmax(VIT_PLAN_SLAB_ENTRIES_MIN, VIT_PLAN_SLAB_ENTRIES / sqrt(crowd));
+    vit_plan_leave_out(plan, 0, "table resolution",
+                       "%zu control points: %d entries a side instead of %d; "
+                       "sampling.classify=post does not mind",
+                       plan->transfer->count, entries, VIT_PLAN_SLAB_ENTRIES);
+    return entries;
+}
+
+/* Post and slab classification look the transfer function up in a table over HU. */
+void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    if (plan->classify == VIT_CLASSIFY_PRE)
+        return;
+    bool reduce = plan->technique != VIT_TECHNIQUE_COMPOSITE;
+    bool slab = plan->classify == VIT_CLASSIFY_SLAB && !reduce;
+    int entries = slab ? slab_entries(plan) : VIT_PLAN_POST_ENTRIES;
+    if (entries > caps->max_texture_size)
+        entries = caps->max_texture_size;
+    plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
+    plan->table_float = caps->texture_float_linear;
+    plan->table_rows = slab ? entries : 1;
+    plan->table_mm = reduce ? plan->transfer->unit_mm : plan->slab_mm;
+    plan->table_bytes = (uint64_t)entries * (uint64_t)plan->table_rows * (plan->table_float ? 16 : 8);
+    if (!plan->table_float)
+        vit_plan_leave_out(plan, plan->table_bytes, "float table",
+                           "no filtered float textures here: half floats (11 bits)");
+    plan->features |= reduce ? VIT_FEATURE(REDUCE) : slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);
+    plan->features |= plan->technique == VIT_TECHNIQUE_MINIP ? VIT_FEATURE(MINIP) : 0;
+    plan->features |= plan->technique == VIT_TECHNIQUE_MEAN ? VIT_FEATURE(MEAN) : 0;
+}
+
+/* OPTICS.md §5, accumulation. */
+void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps)
+{
+    const char *why;
+    if (caps->color_buffer_float && caps->float_blend) {
+        plan->target = VIT_TARGET_RGBA32F;
+        why = "float blending is there: nothing is lost to accumulation";
+    } else if (caps->color_buffer_half_float) {
+        plan->target = VIT_TARGET_RGBA16F;
+        why = "no float blending (EXT_float_blend) here";
+    } else {
+        plan->target = VIT_TARGET_RGBA8;
+        /* A mean is added up in texel values, which must then lie in [0, 1]. */
+        if (plan->technique == VIT_TECHNIQUE_MEAN && plan->texel == VIT_TEXEL_R16F)
+            plan->texel = VIT_TEXEL_R8;
+        why = "neither float nor half-float framebuffers here";
+    }
+    snprintf(plan->target_why, sizeof plan->target_why, "%s", why);
+    size_t pixels = (size_t)plan->camera.width_px * (size_t)plan->camera.height_px;
+    plan->target_bytes = pixels * vit_target_bytes(plan->target);
+    if (plan->target != VIT_TARGET_RGBA32F)
+        vit_plan_leave_out(plan, pixels * vit_target_bytes(VIT_TARGET_RGBA32F) - plan->target_bytes,
+                           "float framebuffer", "%s: %s", why, vit_target_name(plan->target));
+}

@@ -1,0 +1,149 @@
+/* What a voxel becomes in a texture: a premultiplied, classified texel (WVW94 §2.1), or HU. */
+#include <math.h>
+#include <string.h>
+
+#include "render_private.h"
+
+const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
+    [VIT_TEXEL_RGBA8] = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 4},
+    [VIT_TEXEL_RGBA16] = {GL_RGBA16_EXT, GL_RGBA, GL_UNSIGNED_SHORT, 4, 8},
+    [VIT_TEXEL_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_FLOAT, 4, 16},
+    [VIT_TEXEL_R8] = {GL_R8, GL_RED, GL_UNSIGNED_BYTE, 1, 1},
+    [VIT_TEXEL_R16] = {GL_R16_EXT, GL_RED, GL_UNSIGNED_SHORT, 1, 2},
+    [VIT_TEXEL_R16F] = {GL_R16F, GL_RED, GL_FLOAT, 1, 4},
+};
+
+/* Texels depend on the transfer function only where they are classified. */
+uint64_t vit_texels_hash(const struct vit_plan *plan)
+{
+    uint64_t hash = vit_hash_bytes(VIT_HASH_START, &plan->texel, sizeof plan->texel);
+    if (vit_texel_formats[plan->texel].channels == 1)
+        return hash;
+    hash = vit_hash_transfer(hash, plan->transfer);
+    hash = vit_hash_bytes(hash, &plan->texel_dither, sizeof plan->texel_dither);
+    return vit_hash_bytes(hash, &plan->slab_mm, sizeof plan->slab_mm);
+}
+
+static void store_texel(const struct vit_texel_format *format, const double *value, void *out)
+{
+    for (int c = 0; c < format->channels; c++) {
+        double clamped = fmin(1, fmax(0, value[c]));
+        if (format->type == GL_UNSIGNED_BYTE)
+            ((uint8_t *)out)[c] = (uint8_t)lround(clamped * 255);
+        else if (format->type == GL_UNSIGNED_SHORT)
+            ((uint16_t *)out)[c] = (uint16_t)lround(clamped * 65535);
+        else
+            ((float *)out)[c] = (float)value[c];
+    }
+}
+
+/* The value of a scalar texel: value = (raw - origin)·step. Whole steps where they fit, so that every raw value is
+ * stored exactly; half floats hold whole numbers up to 2048 either side of the middle. */
+static void scalar_scale(const struct vit_texel_format *format, const struct vit_volume_stats *stats, double *origin,
+                         double *step)
+{
+    double range = fmax(1, (double)stats->raw_max - stats->raw_min);
+    *origin = stats->raw_min;
+    if (format->type == GL_FLOAT) {
+        *origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
+        *step = 1;
+    } else {
+        double full = format->type == GL_UNSIGNED_BYTE ? 255 : 65535;
+        *step = range <= full ? floor(full / range) / full : 1 / range;
+    }
+}
+
+bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume, const struct vit_plan *plan)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(volume);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    const struct vit_texel_format *format = &vit_texel_formats[plan->texel];
+    int count = stats->raw_max - stats->raw_min + 1;
+    double origin, step;
+    *lookup = (struct vit_texels){.format = format,
+                                  .dither = plan->texel_dither,
+                                  .raw_min = stats->raw_min,
+                                  .entry_bytes = plan->texel_dither ? 8 : format->bytes};
+    lookup->entries = vit_alloc((size_t)count, lookup->entry_bytes);
+    if (!lookup->entries)
+        return false;
+    scalar_scale(format, stats, &origin, &step);
+    lookup->hu_origin = info->slope * origin + info->intercept;
+    lookup->hu_per_value = info->slope / step;
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < count; i++) {
+        double value[4];
+        int raw = i + stats->raw_min;
+        unsigned char *entry = lookup->entries + (size_t)i * lookup->entry_bytes;
+        if (format->channels == 4)
+            vit_transfer_slab(plan->transfer, info->slope * raw + info->intercept, plan->slab_mm, value);
+        else
+            value[0] = (raw - origin) * step;
+        if (!lookup->dither)
+            store_texel(format, value, entry);
+        for (int c = 0; c < 4 && lookup->dither; c++)
+            ((uint16_t *)(void *)entry)[c] = (uint16_t)lround(fmin(1, fmax(0, value[c])) * 255 * 256);
+    }
+    return true;
+}
+
+static size_t entry_of(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t i)
+{
+    int raw = sample == VIT_SAMPLE_I16 ? ((const int16_t *)row)[i] : ((const uint16_t *)row)[i];
+    return (size_t)(raw - lookup->raw_min);
+}
+
+/* A hash of the place says where a texel rounds; the same for all channels, so that colour stays below opacity. */
+static void dither_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
+                       uint32_t place, unsigned char *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint16_t fine[4];
+        memcpy(fine, lookup->entries + entry_of(lookup, sample, row, i) * sizeof fine, sizeof fine);
+        uint32_t hash = (place + (uint32_t)i) * 0x9e3779b1u;
+        hash = (hash ^ hash >> 15) * 0x85ebca77u;
+        for (size_t c = 0; c < 4; c++)
+            out[i * 4 + c] = (unsigned char)((fine[c] + (hash >> 24)) >> 8);
+    }
+}
+
+/* The sizes are constants so that the copies are single moves. */
+static void classify_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
+                         unsigned char *out)
+{
+    const unsigned char *entries = lookup->entries;
+    for (size_t i = 0; i < count; i++) {
+        size_t entry = entry_of(lookup, sample, row, i);
+        switch (lookup->entry_bytes) {
+        case 1:
+            out[i] = entries[entry];
+            break;
+        case 2:
+            memcpy(out + i * 2, entries + entry * 2, 2);
+            break;
+        case 4:
+            memcpy(out + i * 4, entries + entry * 4, 4);
+            break;
+        case 8:
+            memcpy(out + i * 8, entries + entry * 8, 8);
+            break;
+        default:
+            memcpy(out + i * 16, entries + entry * 16, 16);
+        }
+    }
+}
+
+void vit_texels_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
+                    uint32_t place, unsigned char *out)
+{
+    if (lookup->dither)
+        dither_row(lookup, sample, row, count, place, out);
+    else
+        classify_row(lookup, sample, row, count, out);
+}
+
+void vit_texels_clear(struct vit_texels *lookup)
+{
+    vit_free(lookup->entries);
+    lookup->entries = NULL;
+}
