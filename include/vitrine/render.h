@@ -35,20 +35,18 @@ void vit_renderer_destroy(struct vit_renderer **renderer);
  * i/(side - i) of both axes; abzp[(row·side + column)·4]: depth at the back, at the front, ζ, Ψ as shaders/psi.glsl has
  * them. |error| <= 1e-6 on llvmpipe, tests/gl/psi_test.c. */
 VIT_NODISCARD bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *abzp);
-/* Time of a picture of 256×256 fragments of so many segments [1, 64] each, of depths up to `depth`: averaged
- * (M04 3.16), exact for mean depths to 4, exact. */
-enum vit_segment_form {
-    VIT_SEGMENT_UNKNOWN = 0,
-    VIT_SEGMENT_AVERAGE,
-    VIT_SEGMENT_THIN,
-    VIT_SEGMENT_EXACT,
-    VIT_SEGMENT_COUNT
-};
+/* A method's shader form on M04's grid (6.2): side×side points, values i/(side - 1) at the back, the rest to 1 at the
+ * front, so the luminances along rows; light[(row·side + column)·2]: without and with light 1 from behind. Held against
+ * the C form by tests/gl/psi_test.c. False: this GL lacks what it needs (logged), or it has no shader form. */
+VIT_NODISCARD bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, int side, double length,
+                                            float *light);
+/* Time of a picture of 256×256 fragments of so many segments [1, 64] each, of lengths up to `length`. thin: the form
+ * that is exact for mean depths to 4 only, of exact-attenuation. */
 struct vit_segment_time {
     double ms_median, ms_min, ms_max;
     int segments;
 };
-VIT_NODISCARD bool vit_render_segment_time(struct vit_gl *gl, enum vit_segment_form form, int per_fragment,
-                                           double depth, struct vit_segment_time *out);
+VIT_NODISCARD bool vit_render_segment_time(struct vit_gl *gl, const struct vit_method *method, bool thin,
+                                           int per_fragment, double length, struct vit_segment_time *out);
 
 #endif

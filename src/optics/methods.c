@@ -39,6 +39,11 @@ void vit_psi_table_destroy(struct vit_psi_table **table)
     *table = NULL;
 }
 
+const float *vit_psi_table_entries(const struct vit_psi_table *table)
+{
+    return table->psi;
+}
+
 static double gamma_entry(const struct vit_psi_table *table, double depth)
 {
     return depth < INFINITY ? table->size * (depth / (1 + depth)) : table->size;
@@ -312,27 +317,36 @@ double vit_ray_segment_exact(const struct vit_ray_segment *ray, enum vit_quantit
 #define ATTENUATION VIT_QUANTITY_ATTENUATION
 #define OPACITY     VIT_QUANTITY_OPACITY
 const struct vit_method vit_methods[] = {
-    {"riemann", "Riemann sum of 16 samples, emission Lτ·Δ (M04 3.11)", ATTENUATION, do_riemann},
-    {"riemann-slab", "Riemann sum of 16 homogeneous slabs (M04 3.13)", ATTENUATION, do_riemann_slab},
-    {"average", "average luminance and attenuation (M04 3.16)", ATTENUATION, do_average},
-    {"average-opacity", "average luminance and opacity (M04 6.1.2)", OPACITY, do_average_opacity},
+    {"riemann", "Riemann sum of 16 samples, emission Lτ·Δ (M04 3.11)", ATTENUATION, "VIT_METHOD_RIEMANN", do_riemann},
+    {"riemann-slab", "Riemann sum of 16 homogeneous slabs (M04 3.13)", ATTENUATION, "VIT_METHOD_RIEMANN_SLAB",
+     do_riemann_slab},
+    {"average", "average luminance and attenuation (M04 3.16)", ATTENUATION, "VIT_METHOD_AVERAGE", do_average},
+    {"average-opacity", "average luminance and opacity (M04 6.1.2)", OPACITY, "VIT_METHOD_AVERAGE_OPACITY",
+     do_average_opacity},
     {"williams-max-stein", "closed form by erf and Dawson's integral, as M04 3.28 and B.3", ATTENUATION,
-     do_williams_max_stein},
+     "VIT_METHOD_WILLIAMS_MAX_STEIN", do_williams_max_stein},
     {"psi-table-nearest", "partial pre-integration, γ table, nearest entry (M04 5.2)", ATTENUATION,
-     do_psi_table_nearest},
-    {"psi-table-linear", "partial pre-integration, γ table, linear between entries", ATTENUATION, do_psi_table_linear},
-    {"preintegrated", "pre-integration, exact entries, control points on entries (M04 3.2.5)", ATTENUATION,
+     "VIT_METHOD_PSI_TABLE VIT_METHOD_NEAREST", do_psi_table_nearest},
+    {"psi-table-linear", "partial pre-integration, γ table, linear between entries", ATTENUATION,
+     "VIT_METHOD_PSI_TABLE", do_psi_table_linear},
+    {"preintegrated", "pre-integration, exact entries, control points on entries (M04 3.2.5)", ATTENUATION, NULL,
      do_preintegrated},
-    {"linear-average-opacity", "linear luminance, average opacity (M04 5.3.1)", OPACITY, do_linear_average_opacity},
+    {"linear-average-opacity", "linear luminance, average opacity (M04 5.3.1)", OPACITY,
+     "VIT_METHOD_LINEAR_AVERAGE_OPACITY", do_linear_average_opacity},
     {"moreland-rough", "M04's rough form B.5: linear-average-opacity by its other name", OPACITY,
-     do_linear_average_opacity},
-    {"moreland-close", "M04's close form: parabola for ζ, 0.27/0.73 for Ψ (M04 5.3.2)", OPACITY, do_moreland_close},
-    {"gaussian", "average luminance, Gaussian attenuation through both ends (M04 3.33)", ATTENUATION, do_gaussian},
-    {"attenuation-only", "light from behind, attenuated (M04 2.3.1)", ATTENUATION, do_attenuation_only},
-    {"emission-only", "emission without attenuation (M04 2.16)", ATTENUATION, do_emission_only},
-    {"homogeneous", "the front's luminance and attenuation throughout (M04 2.17)", ATTENUATION, do_homogeneous},
-    {"exact-attenuation", "linear luminance and attenuation, single precision, within 1e-6", ATTENUATION,
+     "VIT_METHOD_LINEAR_AVERAGE_OPACITY", do_linear_average_opacity},
+    {"moreland-close", "M04's close form: parabola for ζ, 0.27/0.73 for Ψ (M04 5.3.2)", OPACITY,
+     "VIT_METHOD_MORELAND_CLOSE", do_moreland_close},
+    {"gaussian", "average luminance, Gaussian attenuation through both ends (M04 3.33)", ATTENUATION,
+     "VIT_METHOD_GAUSSIAN", do_gaussian},
+    {"attenuation-only", "light from behind, attenuated (M04 2.3.1)", ATTENUATION, "VIT_METHOD_ATTENUATION_ONLY",
+     do_attenuation_only},
+    {"emission-only", "emission without attenuation (M04 2.16)", ATTENUATION, "VIT_METHOD_EMISSION_ONLY",
+     do_emission_only},
+    {"homogeneous", "the front's luminance and attenuation throughout (M04 2.17)", ATTENUATION,
+     "VIT_METHOD_HOMOGENEOUS", do_homogeneous},
+    {"exact-attenuation", "linear luminance and attenuation, single precision, within 1e-6", ATTENUATION, "VIT_PSI",
      do_exact_attenuation},
-    {"exact-opacity", "linear luminance and opacity, single precision, within 1e-6", OPACITY, do_exact_opacity},
-    {NULL, NULL, VIT_QUANTITY_UNKNOWN, NULL},
+    {"exact-opacity", "linear luminance and opacity, single precision, within 1e-6", OPACITY, NULL, do_exact_opacity},
+    {NULL, NULL, VIT_QUANTITY_UNKNOWN, NULL, NULL},
 };

@@ -1,19 +1,49 @@
-/* Ray segments in the fragment shader, without a volume: how exact shaders/psi.glsl is on this GL, and its cost beside
- * averaging (M04 3.16, table 6.4). */
+/* Ray segments in the fragment shader, without a volume: how exact psi.glsl and the methods of methods.glsl are on this
+ * GL, and what they cost (M04 table 6.4). */
 #include <stdlib.h>
+#include <string.h>
 
 #include "render_private.h"
 
+#define PSI_TABLE 1024 /* M04's */
+
 struct segments {
     struct vit_gl_target target;
-    GLuint program, buffer;
+    GLuint program, buffer, table;
 };
 
 static void segments_close(struct vit_gl *gl, struct segments *s)
 {
+    glDeleteTextures(1, &s->table);
     glDeleteBuffers(1, &s->buffer);
     glDeleteProgram(s->program);
     vit_gl_target_destroy(gl, &s->target);
+}
+
+/* Psi over gamma of back (s) and front (t), for the methods that look it up. */
+static bool psi_texture(struct vit_gl *gl, struct segments *s)
+{
+    struct vit_psi_table *table = vit_psi_table_create(PSI_TABLE, vit_gl_log(gl));
+    float *turned = vit_alloc((size_t)PSI_TABLE * PSI_TABLE, sizeof *turned);
+    if (table && turned) {
+        const float *psi = vit_psi_table_entries(table);
+        for (size_t front = 0; front < PSI_TABLE; front++)
+            for (size_t back = 0; back < PSI_TABLE; back++)
+                turned[front * PSI_TABLE + back] = psi[back * PSI_TABLE + front];
+        glGenTextures(1, &s->table);
+        glBindTexture(GL_TEXTURE_2D, s->table);
+        glTexStorage2D(GL_TEXTURE_2D, 1, GL_R32F, PSI_TABLE, PSI_TABLE);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, PSI_TABLE, PSI_TABLE, GL_RED, GL_FLOAT, turned);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        glUniform1i(glGetUniformLocation(s->program, "psi_table"), 0);
+        glUniform1f(glGetUniformLocation(s->program, "psi_size"), PSI_TABLE);
+    }
+    vit_free(turned);
+    vit_psi_table_destroy(&table);
+    return s->table;
 }
 
 static bool segments_open(struct vit_gl *gl, struct segments *s, int side, double depth, const char *const *defines)
@@ -42,6 +72,38 @@ static bool segments_open(struct vit_gl *gl, struct segments *s, int side, doubl
     return good;
 }
 
+/* With the method compiled in, and its table where it has one. `first` is #defined too. */
+static bool segments_open_method(struct vit_gl *gl, struct segments *s, int side, double length,
+                                 const struct vit_method *method, bool thin, const char *first)
+{
+    char words[128];
+    const char *defines[8] = {first, "VIT_METHOD 1"};
+    size_t count = 2;
+    if (!method->shader || strlen(method->shader) >= sizeof words)
+        return false;
+    snprintf(words, sizeof words, "%s", method->shader);
+    for (char *word = words; *word && count + 2 < VIT_ARRAY_LENGTH(defines);) {
+        size_t length_of = strcspn(word, " ");
+        bool last = !word[length_of];
+        word[length_of] = '\0';
+        defines[count++] = word;
+        word += length_of + !last;
+    }
+    if (thin)
+        defines[count++] = "VIT_PSI_THIN 1";
+    bool table = strstr(method->shader, "PSI_TABLE");
+    if (table && !vit_gl_caps(gl)->texture_float_linear) {
+        vit_debug(vit_gl_log(gl), "%s: no filtered float textures here", method->name);
+        return false;
+    }
+    if (!segments_open(gl, s, side, length, defines))
+        return false;
+    if (!table || psi_texture(gl, s))
+        return true;
+    segments_close(gl, s);
+    return false;
+}
+
 bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *abzp)
 {
     struct segments s;
@@ -55,23 +117,41 @@ bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *a
     return ok;
 }
 
+bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, int side, double length, float *light)
+{
+    struct segments s;
+    float *rgba = vit_alloc((size_t)side * (size_t)side, 4 * sizeof *rgba);
+    if (!rgba || !segments_open_method(gl, &s, side, length, method, false, "VIT_CHECK 1")) {
+        vit_free(rgba);
+        return false;
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glReadPixels(0, 0, side, side, GL_RGBA, GL_FLOAT, rgba);
+    for (size_t i = 0; i < (size_t)side * (size_t)side; i++) {
+        light[2 * i] = rgba[4 * i];
+        light[2 * i + 1] = rgba[4 * i + 1];
+    }
+    bool ok = vit_gl_check(gl, "segments");
+    segments_close(gl, &s);
+    vit_free(rgba);
+    return ok;
+}
+
 static int compare(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-bool vit_render_segment_time(struct vit_gl *gl, enum vit_segment_form form, int per_fragment, double depth,
-                             struct vit_segment_time *out)
+bool vit_render_segment_time(struct vit_gl *gl, const struct vit_method *method, bool thin, int per_fragment,
+                             double length, struct vit_segment_time *out)
 {
     enum { SIDE = 256, RUNS = 15 };
     char count[32];
     snprintf(count, sizeof count, "VIT_SEGMENTS %d", per_fragment);
-    const char *const defines[] = {count, form == VIT_SEGMENT_AVERAGE ? NULL : "VIT_PSI",
-                                   form == VIT_SEGMENT_THIN ? "VIT_PSI_THIN" : NULL, NULL};
     struct segments s;
     double ms[RUNS];
-    if (!segments_open(gl, &s, SIDE, depth, defines))
+    if (!segments_open_method(gl, &s, SIDE, length, method, thin, count))
         return false;
     for (int i = -1; i < RUNS; i++) { /* the first compiles */
         uint64_t start = vit_clock_ns();

@@ -3,6 +3,7 @@
 #include "report_private.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "vitrine/gl.h"
 #include "vitrine/optics.h"
@@ -188,47 +189,57 @@ void report_rays_preintegration(struct report *report)
 
 /* ---- the shader ------------------------------------------------------------------------------------------------- */
 
-static void shader_errors(struct vit_gl *gl, struct report *report, struct report_errors *errors)
+/* M04's grid at D = 1 in the shader, against the exact integral. */
+static void shader_errors(struct vit_gl *gl, const struct vit_method *method, struct report_row *row)
 {
-    enum { SIDE = 256 };
-    float *abzp = vit_alloc((size_t)SIDE * SIDE, 4 * sizeof *abzp);
-    if (!abzp || !vit_render_segment_grid(gl, SIDE, 5, abzp))
-        report->failed = true;
-    for (size_t i = 0; !report->failed && i < (size_t)SIDE * SIDE; i++)
-        report_take(errors, (double)abzp[4 * i + 3], vit_psi((double)abzp[4 * i], (double)abzp[4 * i + 1]));
-    vit_free(abzp);
+    enum { SIDE = 65 };
+    struct report_errors errors = {0};
+    float *light = vit_alloc((size_t)SIDE * SIDE, 2 * sizeof *light);
+    if (light && vit_render_segment_check(gl, method, SIDE, 1, light)) {
+        for (size_t i = 0; i < (size_t)SIDE * SIDE; i++) {
+            double x = (double)(i % SIDE) / (SIDE - 1), y = (double)(i / SIDE) / (SIDE - 1);
+            struct vit_ray_segment ray = {y, 1 - y, x, 1 - x, 1, 0};
+            report_take(&errors, (double)light[2 * i], vit_ray_segment_exact(&ray, method->quantity));
+        }
+        report_fill_errors(row, &errors);
+    }
+    vit_free(light);
 }
 
-/* M04 table 6.4, on whatever GL there is; without one the rows are left out. */
+static bool shader_row(struct report *report, struct vit_gl *gl, const struct vit_method *method, bool thin,
+                       int per_fragment)
+{
+    char name[64], label[64];
+    struct vit_segment_time time;
+    if (!vit_render_segment_time(gl, method, thin, per_fragment, 1, &time))
+        return false;
+    snprintf(name, sizeof name, "shader %d a fragment", per_fragment);
+    snprintf(label, sizeof label, "%s%s", method->name, thin ? " to depth 4" : "");
+    struct report_row *row = report_add(report, name, label);
+    if (!thin)
+        shader_errors(gl, method, row);
+    row->ms_median = time.ms_median, row->ms_min = time.ms_min, row->ms_max = time.ms_max;
+    row->fragments = time.segments;
+    return true;
+}
+
+/* M04 table 6.4, on whatever GL there is; without one the rows are left out, and those of methods that it cannot do. */
 void report_rays_shader(struct report *report)
 {
-    static const char *const methods[VIT_SEGMENT_COUNT] = {[VIT_SEGMENT_AVERAGE] = "average",
-                                                           [VIT_SEGMENT_THIN] = "exact-attenuation to depth 4",
-                                                           [VIT_SEGMENT_EXACT] = "exact-attenuation"};
     struct vit_gl *gl = vit_gl_create(3, NULL);
+    bool any = false;
     if (!gl) {
         vit_warn(report->log, "report rays: no GL here, so the shader's rows are left out");
         return;
     }
     for (int per_fragment = 1; per_fragment <= 4; per_fragment *= 4) {
-        for (int form = VIT_SEGMENT_AVERAGE; form < VIT_SEGMENT_COUNT; form++) {
-            char name[64];
-            struct vit_segment_time time;
-            if (!vit_render_segment_time(gl, (enum vit_segment_form)form, per_fragment, 2, &time)) {
-                vit_warn(report->log, "report rays: this GL cannot draw segments, so the shader's rows are left out");
-                vit_gl_destroy(&gl);
-                return;
-            }
-            snprintf(name, sizeof name, "shader %d a fragment", per_fragment);
-            struct report_row *row = report_add(report, name, methods[form]);
-            if (form == VIT_SEGMENT_EXACT) {
-                struct report_errors errors = {0};
-                shader_errors(gl, report, &errors);
-                report_fill_errors(row, &errors);
-            }
-            row->ms_median = time.ms_median, row->ms_min = time.ms_min, row->ms_max = time.ms_max;
-            row->fragments = time.segments;
+        for (const struct vit_method *method = vit_methods; method->name; method++) {
+            any |= method->shader && shader_row(report, gl, method, false, per_fragment);
+            if (strcmp(method->name, "exact-attenuation") == 0)
+                any |= shader_row(report, gl, method, true, per_fragment);
         }
     }
+    if (!any)
+        vit_warn(report->log, "report rays: this GL cannot draw segments, so the shader's rows are left out");
     vit_gl_destroy(&gl);
 }
