@@ -18,6 +18,15 @@ enum vit_precision { VIT_PRECISION_DOUBLE, VIT_PRECISION_SINGLE };
 struct vit_moments vit_moments_linear(double back, double front, enum vit_precision precision);
 struct vit_moments vit_moments_opacity(double back, double front, double units, enum vit_precision precision);
 
+/* segment.c. The value of piece i of a transfer function (between points i-1 and i, extended outward at both ends) at
+ * hu: unlike vit_transfer_at it knows on which side of a step it is. */
+struct vit_transfer_point vit_piece_at(const struct vit_transfer *transfer, size_t i, double hu);
+/* Index of the piece in which a ray that goes from hu toward higher (or lower) HU starts. */
+size_t vit_piece_first(const struct vit_transfer *transfer, double hu, bool upward);
+/* vit_slab_integrate to what a float holds: |error| <= 6e-8, tests/unit/optics_segment_test.c. */
+void vit_slab_integrate_single(const struct vit_transfer *transfer, double hu_front, double hu_back,
+                               double thickness_mm, double rgba[4]);
+
 /* e^x for x in [-80, 0]; relative error below 1.2e-7 (tests/unit/optics_psi_test.c). Polynomial:
  * tests/tools/psi_fit.py. */
 static inline float vit_exp_negative(float x)

@@ -63,9 +63,7 @@ static void composite(struct slab *slab, const struct stretch *stretch)
     slab->through *= w.zeta;
 }
 
-/* The value of piece i (between points i-1 and i, extended outward at both ends) at hu: unlike vit_transfer_at it knows
- * on which side of a step it is. */
-static struct vit_transfer_point piece_at(const struct vit_transfer *transfer, size_t i, double hu)
+struct vit_transfer_point vit_piece_at(const struct vit_transfer *transfer, size_t i, double hu)
 {
     const struct vit_transfer_point *p = transfer->points;
     if (i == 0 || i == transfer->count)
@@ -78,8 +76,7 @@ static struct vit_transfer_point piece_at(const struct vit_transfer *transfer, s
     return out;
 }
 
-/* Index of the piece in which a ray that goes from hu toward higher (or lower) HU starts. */
-static size_t piece_first(const struct vit_transfer *transfer, double hu, bool upward)
+size_t vit_piece_first(const struct vit_transfer *transfer, double hu, bool upward)
 {
     size_t low = 0, high = transfer->count;
     while (low < high) {
@@ -103,13 +100,13 @@ static void pieces(struct slab *slab, double hu_front, double hu_back)
     bool upward = hu_back > hu_front;
     const struct vit_transfer_point *p = slab->transfer->points;
     double hu = hu_front;
-    for (size_t i = piece_first(slab->transfer, hu_front, upward); slab->through > 0;) {
+    for (size_t i = vit_piece_first(slab->transfer, hu_front, upward); slab->through > 0;) {
         bool last = upward ? i == slab->transfer->count || p[i].hu >= hu_back : i == 0 || p[i - 1].hu <= hu_back;
         double next = last ? hu_back : upward ? p[i].hu : p[i - 1].hu;
         if (next != hu) { /* else a step */
             double length_mm = slab->thickness_mm * ((next - hu) / (hu_back - hu_front));
-            composite(slab,
-                      &(struct stretch){piece_at(slab->transfer, i, hu), piece_at(slab->transfer, i, next), length_mm});
+            composite(slab, &(struct stretch){vit_piece_at(slab->transfer, i, hu),
+                                              vit_piece_at(slab->transfer, i, next), length_mm});
         }
         if (last)
             break;
@@ -135,19 +132,8 @@ void vit_slab_integrate(const struct vit_transfer *transfer, double hu_front, do
     slab_integrate((struct slab){transfer, VIT_PRECISION_DOUBLE, thickness_mm, 1, rgba}, hu_front, hu_back);
 }
 
-void vit_preintegrated_build(const struct vit_transfer *transfer, const struct vit_hu_axis *axis, double thickness_mm,
-                             float *rgba)
+void vit_slab_integrate_single(const struct vit_transfer *transfer, double hu_front, double hu_back,
+                               double thickness_mm, double rgba[4])
 {
-#pragma omp parallel for schedule(dynamic, 4)
-    for (int front = 0; front < axis->entries; front++) {
-        double hu_front = vit_hu_axis_hu(axis, front);
-        float *row = rgba + (size_t)front * (size_t)axis->entries * 4;
-        for (int back = 0; back < axis->entries; back++) {
-            double entry[4];
-            slab_integrate((struct slab){transfer, VIT_PRECISION_SINGLE, thickness_mm, 1, entry}, hu_front,
-                           vit_hu_axis_hu(axis, back));
-            for (int c = 0; c < 4; c++)
-                row[back * 4 + c] = (float)entry[c];
-        }
-    }
+    slab_integrate((struct slab){transfer, VIT_PRECISION_SINGLE, thickness_mm, 1, rgba}, hu_front, hu_back);
 }

@@ -14,7 +14,7 @@
 #define VIT_PLAN_SLAB_ENTRIES 512
 #define VIT_PLAN_POST_ENTRIES 2048
 /* Control points up to which the pre-integrated table keeps its size, and the least it shrinks to beyond them. */
-#define VIT_PLAN_SLAB_POINTS      32
+#define VIT_PLAN_SLAB_POINTS      128
 #define VIT_PLAN_SLAB_ENTRIES_MIN 96
 #define VIT_PLAN_ENTRIES_MIN      32 /* of vit_hu_axis_make */
 
