@@ -16,6 +16,9 @@ uniform float slab_mm;
 uniform VIT_SAMPLER_3D occupancy; // 0 where nothing within a brick is visible
 uniform vec3 occupancy_from_tex;
 #endif
+#ifdef VIT_LIGHT_GAIN
+uniform float light_gain; // texels were lit before they were filtered, and divided by this
+#endif
 
 VIT_VARYING vec3 ray;
 VIT_VARYING vec2 screen_px;
@@ -106,9 +109,17 @@ void main()
         vec4 slab = texel_at(middle);
 #endif
 #endif
+        float middle_mm = 0.5 * (front_mm + back_mm);
         front_mm = back_mm;
         if (k <= 0.0)
             continue;
+#ifdef VIT_LIGHT_GAIN
+        slab.rgb *= light_gain;
+#endif
+#ifdef VIT_LIGHT
+        if (dot(slab, vec4(1.0)) > 0.0)
+            light_slab(slab, k, base + middle_mm * along);
+#endif
         // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
         if (abs(k - 1.0) > 1e-4) {
             // Opaque stays opaque in however thin a slab: filters make 1 a little less, and 0 to a small power is not 0

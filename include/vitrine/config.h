@@ -32,6 +32,8 @@ struct vit_preset {
         double ambient, diffuse, specular, power;
         enum vit_kernel kernel;
         bool two_sided;
+        enum vit_light_lookup lookup;
+        bool lazy; /* while the view moves the light may stay as it was */
     } shading;
     struct vit_boundary *boundaries;
     size_t boundary_count;

@@ -85,6 +85,8 @@ struct vit_lighting {
  * finite is a head-light of its colour. Lights beyond VIT_LIGHTS_MAX are ignored. */
 struct vit_lighting vit_lighting_make(const struct vit_light *lights, int count, const struct vit_camera *camera);
 
+bool vit_lighting_is_grey(const struct vit_lighting *lighting); /* no light has a colour */
+
 /* What a surface sends to the eye: colour of the transfer function times `body`, plus `shine`. */
 struct vit_lit {
     float body[3];  /* ambient + Σ diffuse·(N·L)·colour */
@@ -120,5 +122,63 @@ struct vit_gradient_point {
 /* Factor of opacity (TH98) at a gradient magnitude [HU/mm]: linear between ascending points, constant beyond the ends;
  * at a step (two points at one gradient) the value from the right. count 0: 1. */
 double vit_gradient_opacity(const struct vit_gradient_point *points, size_t count, double gradient_hu_per_mm);
+
+/* ---- light of a voxel: the model that renderers and the reference share -------------------------------------- */
+
+/* Every voxel has three things, which depend on its HU and its gradient g:
+ *
+ *   body   = ambient + w·(vit_lit.body − ambient)   how much of its own colour it sends to the eye ("luminous gas" and
+ *                                                   reflecting surface add, VGK96)
+ *   shine  = w·vit_lit.shine                        highlight, of the light's colour
+ *   factor = vit_gradient_opacity(|g|)              its opacity is that of a voxel `factor` times as thick (TH98)
+ *
+ * w is vit_boundaries_weight. They, and never normals or their numbers, are interpolated between voxels, by the same
+ * filter as HU. Along a ray, with attenuation τ and emission e = L·τ (or the glow) from the transfer function of the
+ * interpolated HU, the medium attenuates by factor·τ and emits factor·(e·body + τ·shine) per mm. A slab of colour C
+ * (premultiplied) and opacity A takes the light of its middle: C·body + A·shine, then the thickness factor·k instead of
+ * k (A' = 1 − (1 − A)^(factor·k), colour by A'/A). Texels classified beforehand are lit like slabs before they are
+ * interpolated. A voxel without a gradient glows: it is inside of something, and what is in front of it is lit. */
+struct vit_voxel_light {
+    float body[3], shine[3], factor;
+};
+
+struct vit_light_model {
+    struct vit_material material;
+    struct vit_lighting lighting;
+    enum vit_kernel kernel;
+    enum vit_sphere_kind sphere;
+    int subdivision;
+    const struct vit_boundary *boundaries; /* borrowed */
+    size_t boundary_count;
+    const struct vit_gradient_point *gradient_opacity; /* borrowed */
+    size_t gradient_opacity_count;
+    double vox_mm; /* smallest spacing: a boundary's voxel */
+};
+/* In double precision. `quantised`: NULL for the gradient's own direction, or the sphere whose nearest direction is
+ * taken instead, as a table has it. */
+struct vit_voxel_light vit_voxel_light(const struct vit_light_model *model, const struct vit_sphere *quantised,
+                                       double hu, struct vit_vec3 gradient_hu_per_mm);
+
+/* What a voxel's surface is beside its direction, a byte each: weight[voxel] = round(255·w/weight_max) and
+ * factor[voxel] = round(255·factor/factor_max); either may be NULL. In the volume's order; bricks that are not wanted
+ * (vit_normals_params) get 0. Independent of view and light. Parallel. False: cancelled (logged). */
+struct vit_surface_params {
+    const uint8_t *brick_wanted;
+    double weight_max, factor_max; /* > 0 */
+};
+VIT_NODISCARD bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_model *model,
+                                    const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor,
+                                    const struct vit_log *log, const struct vit_progress *progress);
+
+/* Where the fragment's light comes from. */
+enum vit_light_lookup {
+    VIT_LIGHT_UNKNOWN = 0,
+    VIT_LIGHT_AUTO,    /* the plan's choice */
+    VIT_LIGHT_RESHADE, /* voxels are lit on the CPU when view or light move; texels carry colours (VGK96) */
+    VIT_LIGHT_NEAREST, /* texels carry numbers of directions; the fragment looks the nearest one's colour up */
+    VIT_LIGHT_SMOOTH,  /* the same of the eight around, and their colours interpolated */
+    VIT_LIGHT_COUNT
+};
+const char *vit_light_lookup_name(enum vit_light_lookup lookup); /* as in presets; "unknown" out of range */
 
 #endif

@@ -16,7 +16,15 @@
     X(REDUCE, "a ray is reduced to one HU, classified once")                                                           \
     X(MINIP, "to its least")                                                                                           \
     X(MEAN, "to its mean")                                                                                             \
-    X(SKIP_EMPTY, "passes through cells with nothing to see end at once")
+    X(SKIP_EMPTY, "passes through cells with nothing to see end at once")                                              \
+    X(LIGHT, "slabs take the light of their middle")                                                                   \
+    X(LIGHT_INDEX, "its texels carry numbers of directions")                                                           \
+    X(LIGHT_SMOOTH, "the colours of the eight around are interpolated")                                                \
+    X(LIGHT_COLOR, "lights have colours")                                                                              \
+    X(LIGHT_SHINE, "surfaces have highlights")                                                                         \
+    X(LIGHT_WEIGHT, "how much a voxel reflects depends on its boundary")                                               \
+    X(LIGHT_FACTOR, "opacity follows the gradient")                                                                    \
+    X(LIGHT_GAIN, "texels were lit beforehand and are stored darker, so that highlights fit")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -49,6 +57,19 @@ struct vit_left_out {
     uint64_t bytes_saved; /* 0 where unknown or none */
 };
 #define VIT_LEFT_OUT_MAX 32
+
+/* How the picture is lit: the model, which the reference obeys too, and how renderers come by it. */
+struct vit_plan_light {
+    bool on; /* else everything below is left out */
+    struct vit_light_model model;
+    enum vit_light_lookup lookup;
+    bool in_texels; /* reshade, pre: classified texels are lit themselves */
+    bool stays;     /* while the view moves: light that is there already is good enough */
+    /* What bytes stand for: texel 255 is body_max, shine_max, factor_max, weight_max; lit texels are stored over gain.
+     */
+    double body_max, shine_max, factor_max, weight_max, gain;
+    uint64_t bytes; /* of its textures */
+};
 
 struct vit_plan {
     /* what is drawn */
@@ -87,6 +108,7 @@ struct vit_plan {
     /* SKIP_EMPTY: a texture of one byte a brick that says where there is anything to see, made by vit_plan_occupancy */
     size_t occupancy_n[3];
     uint64_t occupancy_bytes;
+    struct vit_plan_light light;
     enum vit_target target;
     char target_why[160];
     unsigned features;      /* of VIT_FEATURE() */
@@ -107,6 +129,7 @@ struct vit_plan_request {
     const char *const *keep; /* rules switched off */
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
+    bool moving;                 /* more frames follow at once: a cheaper light will do, if the preset allows */
 };
 enum vit_plan_result {
     VIT_PLAN_DONE = 0,
@@ -121,6 +144,10 @@ VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const st
  * is 255 or 0. A pass whose middle lies in a cell of 0 can add nothing: its ends are at most a brick away. False when
  * out of memory. */
 VIT_NODISCARD bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
+
+/* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. False when
+ * out of memory. */
+VIT_NODISCARD bool vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
 /* What `auto` leads to on such a GL: 3d, or the reference where this build has nothing that runs on it. */
 enum vit_path vit_plan_auto_path(const struct vit_caps *caps);

@@ -22,6 +22,9 @@ enum vit_reference_mode {
 struct vit_reference_params {
     double tolerance;             /* absolute, per ray and channel, [1e-13, 0.1]; default 1e-7 */
     enum vit_reference_mode mode; /* default continuous */
+    /* Normals are the nearest directions of the plan's sphere, as renderers have them, and not the gradient's own:
+     * the difference of the two is what quantising costs. Default false. */
+    bool quantised;
 };
 struct vit_reference_params vit_reference_params_default(void);
 

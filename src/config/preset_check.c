@@ -71,5 +71,11 @@ bool vit_preset_check(const struct vit_preset *preset, const struct vit_log *log
         if (key->type == VIT_KEY_LIST && !list_check(key, preset, log))
             return false;
     }
+    if (preset->shading.subdivision > vit_sphere_level_max(preset->shading.sphere)) {
+        vit_error(log, "preset %s: `shading.subdivision` %d is out of range for `shading.sphere: %s`; allowed: 0 to %d",
+                  preset->name ? preset->name : "", preset->shading.subdivision,
+                  vit_sphere_kind_name(preset->shading.sphere), vit_sphere_level_max(preset->shading.sphere));
+        return false;
+    }
     return vit_transfer_check(&preset->transfer, log);
 }

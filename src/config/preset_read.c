@@ -72,6 +72,17 @@ static bool read_integer(const struct vit_reading *r, const struct vit_key *key,
     return true;
 }
 
+/* The sphere stands before its subdivision in the table: 60 triangles run out of numbers of 16 bits first. */
+static bool check_level(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node)
+{
+    enum vit_sphere_kind sphere = r->preset->shading.sphere;
+    int level = r->preset->shading.subdivision, most = vit_sphere_level_max(sphere);
+    if (key->offset != offsetof(struct vit_preset, shading.subdivision) || level <= most)
+        return true;
+    return vit_reading_refuse(r, node->start_mark, "`%s` %d is out of range for `shading.sphere: %s`; allowed: 0 to %d",
+                              key->path, level, vit_sphere_kind_name(sphere), most);
+}
+
 static bool read_word(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
 {
     const char *text = scalar_text(node);
@@ -214,7 +225,7 @@ bool vit_reading_value(const struct vit_reading *r, const struct vit_key *key, c
     case VIT_KEY_WORD:
         return read_word(r, key, node, to);
     case VIT_KEY_INTEGER:
-        return read_integer(r, key, node, to);
+        return read_integer(r, key, node, to) && check_level(r, key, node);
     case VIT_KEY_NUMBER:
         return read_number(r, key, node, to);
     case VIT_KEY_FLAG:

@@ -96,11 +96,14 @@ bool vit_preset_set(struct vit_preset *preset, const char *key_is_value, const s
     enum vit_quantity quantity = preset->transfer.quantity;
     enum vit_emission emission = preset->transfer.emission;
     const struct vit_transfer_point *points = preset->transfer.points;
+    const enum vit_sphere_kind sphere = preset->shading.sphere;
+    const int subdivision = preset->shading.subdivision;
     if (!vit_reading_run(&r, equals + 1, strlen(equals + 1), use_value, &target)) {
         if (preset->transfer.points == points) { /* a section half taken: what the points mean stays */
             preset->transfer.quantity = quantity;
             preset->transfer.emission = emission;
         }
+        preset->shading.subdivision = subdivision; /* more directions than the sphere has numbers */
         return false;
     }
     if (preset->transfer.quantity != quantity && preset->transfer.points == points) {
@@ -111,5 +114,7 @@ bool vit_preset_set(struct vit_preset *preset, const char *key_is_value, const s
     if (vit_preset_check(preset, log))
         return true;
     preset->transfer.emission = emission; /* glow too bright to be a luminance */
+    preset->shading.sphere = sphere;
+    preset->shading.subdivision = subdivision;
     return false;
 }

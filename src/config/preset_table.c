@@ -75,6 +75,10 @@ const struct vit_key vit_keys[] = {
     WORD("shading.kernel", AT(shading.kernel), "central", kernel, "the differences that make the gradient")
     {.path = "shading.two_sided", .type = VIT_KEY_FLAG, .offset = AT(shading.two_sided), .unit = "", .initial = "true",
      .help = "light surfaces from either side"},
+    WORD("shading.lookup", AT(shading.lookup), "auto", lookup,
+         "voxels lit on the CPU when view or light move, or in the fragment by the nearest voxel's direction or by the eight around")
+    {.path = "shading.lazy", .type = VIT_KEY_FLAG, .offset = AT(shading.lazy), .unit = "", .initial = "false",
+     .help = "while the view moves, the light may stay as it was"},
 
     RANGE("boundaries", LIST, AT(boundaries), "", 0, 64, "[]", ALWAYS, "surfaces that reflect; none: the whole volume does")
     RANGE("boundaries[].hu", NUMBER, ITEM(vit_boundary, hu), "HU", -HU_MAX, HU_MAX, NULL, ALWAYS, "the surface's value")

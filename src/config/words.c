@@ -40,6 +40,11 @@ static const char *kernel_name(int value)
     return vit_kernel_name((enum vit_kernel)value);
 }
 
+static const char *lookup_name(int value)
+{
+    return vit_light_lookup_name((enum vit_light_lookup)value);
+}
+
 /* The value is the number itself, so only two of the seventeen are names. */
 static const char *bits_name(int value)
 {
@@ -82,6 +87,7 @@ const struct vit_words vit_words_emission = {emission_name, VIT_EMISSION_COUNT};
 const struct vit_words vit_words_shading = {shading_name, VIT_SHADING_COUNT};
 const struct vit_words vit_words_sphere = {sphere_name, VIT_SPHERE_COUNT};
 const struct vit_words vit_words_kernel = {kernel_name, VIT_KERNEL_COUNT};
+const struct vit_words vit_words_lookup = {lookup_name, VIT_LIGHT_COUNT};
 const struct vit_words vit_words_filter = {filter_name, VIT_FILTER_COUNT};
 const struct vit_words vit_words_classify = {classify_name, VIT_CLASSIFY_COUNT};
 const struct vit_words vit_words_bits = {bits_name, 17};

@@ -59,7 +59,11 @@ static char *define_lines(const char *const *defines)
 /* What fragment stages share, each behind the one before; pulled in by a #define, or always. */
 static const struct {
     const char *name, *when;
-} shared[] = {{"common.glsl", NULL}, {"psi.glsl", "VIT_PSI"}, {"texels.glsl", "VIT_TEXELS"}, {"methods.glsl", "VIT_METHOD"}};
+} shared[] = {{"common.glsl", NULL},
+              {"psi.glsl", "VIT_PSI"},
+              {"texels.glsl", "VIT_TEXELS"},
+              {"methods.glsl", "VIT_METHOD"},
+              {"light.glsl", "VIT_LIGHT"}};
 /* The prelude, those, and the stage itself. */
 #define VIT_SHADER_PARTS ((int)VIT_ARRAY_LENGTH(shared) + 2)
 
@@ -111,7 +115,7 @@ static bool compile_parts(const struct vit_gl *gl, GLuint shader, GLenum type, c
                           const struct source parts[VIT_SHADER_PARTS])
 {
     static const char *const line_starts[] = {"#line 2 1\n", "\n#line 1 2\n", "\n#line 1 3\n", "\n#line 1 4\n",
-                                              "\n#line 1 5\n", "\n#line 1 6\n"};
+                                              "\n#line 1 5\n", "\n#line 1 6\n", "\n#line 1 7\n"};
     _Static_assert(VIT_ARRAY_LENGTH(line_starts) >= VIT_SHADER_PARTS - 1, "a #line for every part but the stage's");
     const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
     /* #version must come first, so the stage and variant follow it as the prelude's first line ends. */

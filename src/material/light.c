@@ -48,6 +48,15 @@ struct vit_lighting vit_lighting_make(const struct vit_light *lights, int count,
     return lighting;
 }
 
+bool vit_lighting_is_grey(const struct vit_lighting *lighting)
+{
+    bool grey = true;
+    for (int l = 0; l < lighting->count; l++)
+        for (int c = 1; c < 3; c++)
+            grey = grey && lighting->color[l][c] == lighting->color[l][0];
+    return grey;
+}
+
 struct vit_lit vit_material_lit(const struct vit_material *material, const struct vit_lighting *lighting,
                                 struct vit_vec3 normal)
 {

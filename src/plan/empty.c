@@ -93,6 +93,19 @@ static void widen_line(const uint8_t *in, uint8_t *out, size_t count, size_t str
     }
 }
 
+bool vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(volume);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    /* A slab between two voxels of air and bone may have its middle in the air's brick. */
+    if (plan->classify == VIT_CLASSIFY_SLAB)
+        return vit_plan_occupancy(plan, volume, cells);
+    /* A cell that shows anything has all its corners in bricks that are not empty: their aprons hold the whole cell. */
+    for (size_t brick = 0; brick < stats->bricks[0] * stats->bricks[1] * stats->bricks[2]; brick++)
+        cells[brick] = brick_is_empty(plan, info, stats, brick) ? 0 : 255;
+    return true;
+}
+
 bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);

@@ -91,6 +91,7 @@ enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vi
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
     vit_plan_choose_texel(plan, request->preset, &request->caps);
     vit_plan_choose_table(plan, request->volume, &request->caps);
+    vit_plan_choose_light(plan, request);
     vit_plan_choose_target(plan, &request->caps);
     /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */
     plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);

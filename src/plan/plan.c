@@ -82,13 +82,6 @@ static bool check_rules(const struct vit_plan_request *request, const struct vit
 /* What the preset asks for and this build does otherwise (ARCHITECTURE.md: accepted, and listed). */
 static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request *request)
 {
-    const struct vit_preset *preset = request->preset;
-    if (preset->shading.model != VIT_SHADING_NONE)
-        vit_plan_leave_out(plan, 0, "shading", "light is not built yet: drawn unlit");
-    if (preset->boundary_count > 0)
-        vit_plan_leave_out(plan, 0, "boundaries", "not built yet: surfaces do not reflect");
-    if (preset->gradient_opacity_count > 0)
-        vit_plan_leave_out(plan, 0, "gradient_opacity", "not built yet: opacity does not follow the gradient");
     if (request->budget_ms > 0)
         vit_plan_leave_out(plan, 0, "--budget-ms", "not built yet: the slab count is not steered by time");
     if (request->max_error > 0)
@@ -129,6 +122,7 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
     }
     plan->camera = vit_camera_make(&request->view, plan->mm_from_tex);
     accept_unbuilt(plan, request);
+    vit_plan_light(plan, request);
     /* A ray's extremes and mean are of HU, sampled at the slabs' faces. */
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         plan->classify = VIT_CLASSIFY_SLAB;

@@ -31,6 +31,11 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *prese
 void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps);
 void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);
 
+/* light.c */
+void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *request);
+/* What of it a renderer on this GL needs. */
+void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request);
+
 /* path.c */
 VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,
                                                         const struct vit_log *log);

@@ -7,6 +7,7 @@
 #include "reference_private.h"
 
 #include <math.h>
+#include <string.h>
 
 #define ATTENUATION_MAX 1e30 /* [1/mm]: opaque within any length that a double can tell */
 
@@ -57,7 +58,7 @@ void ref_rule_init(struct ref_rule *rule, int count)
 }
 
 void ref_quadrature_init(struct ref_quadrature *quadrature, const struct ref_pieces *pieces, double tolerance,
-                         double longest_mm)
+                         double longest_mm, double gain)
 {
     ref_rule_init(&quadrature->coarse, 4);
     ref_rule_init(&quadrature->fine, REF_NODES_MAX);
@@ -69,7 +70,7 @@ void ref_quadrature_init(struct ref_quadrature *quadrature, const struct ref_pie
         for (int c = 0; c < 3; c++)
             brightest = fmax(brightest, pieces->piece[i].color[c] * length);
     }
-    quadrature->cut = 0.01 * tolerance / brightest;
+    quadrature->cut = 0.01 * tolerance / (brightest * gain);
 }
 
 /* ---- one step ------------------------------------------------------------------------------------------------------
@@ -81,15 +82,27 @@ struct stretch {
     const struct ref_piece *piece;
     struct ref_cubic hu;
     double length_mm;
+    const struct ref_lit *lit; /* along [0, 1]; this stretch is [lit_from, lit_to] of it; NULL: unlit */
+    double lit_from, lit_to;
 };
 struct step {
     double depth, transmittance, absorbed, color[3];
 };
 
+/* What a place sends to the eye per optical depth and per unit of emission: spread channels, all one where unlit. */
+static void light_here(const struct stretch *s, double u, double light[REF_LIGHT_MOST])
+{
+    static const double unlit[REF_LIGHT_MOST] = {1, 1, 1, 0, 0, 0, 1};
+    if (s->lit)
+        ref_lit_at(s->lit, s->lit_from + (s->lit_to - s->lit_from) * u, light);
+    else
+        memcpy(light, unlit, sizeof unlit);
+}
+
 static void step_take(struct step *out, const struct ref_rule *rule, const struct stretch *s, double at, double size)
 {
     const struct ref_piece *piece = s->piece;
-    double tau[REF_NODES_MAX], hu[REF_NODES_MAX], mm = size * s->length_mm;
+    double tau[REF_NODES_MAX], hu[REF_NODES_MAX], light[REF_NODES_MAX][REF_LIGHT_MOST], mm = size * s->length_mm;
     *out = (struct step){0};
     for (int i = 0; i < rule->count; i++) {
         /* Roots are good to the last bits only: a piece's value must not run past its ends. */
@@ -98,7 +111,8 @@ static void step_take(struct step *out, const struct ref_rule *rule, const struc
         double value = fmax(piece->value + piece->value_slope * hu[i], 0);
         if (s->pieces->quantity == VIT_QUANTITY_OPACITY)
             value = -log(fmax(1 - value, 1e-300)) / s->pieces->unit_mm;
-        tau[i] = fmin(value, ATTENUATION_MAX) * mm;
+        light_here(s, at + size * rule->x[i], light[i]);
+        tau[i] = fmin(value, ATTENUATION_MAX) * mm * light[i][6];
         out->depth += rule->weight[i] * tau[i];
     }
     for (int i = 0; i < rule->count; i++) {
@@ -106,10 +120,12 @@ static void step_take(struct step *out, const struct ref_rule *rule, const struc
         for (int j = 0; j < rule->count; j++)
             depth += rule->upto[i][j] * tau[j];
         double seen = rule->weight[i] * exp(-depth);
-        double emitted = seen * (s->pieces->emission == VIT_EMISSION_GLOW ? mm / s->pieces->unit_mm : tau[i]);
+        double emitted =
+            seen * (s->pieces->emission == VIT_EMISSION_GLOW ? mm / s->pieces->unit_mm * light[i][6] : tau[i]);
         out->absorbed += seen * tau[i];
         for (int c = 0; c < 3; c++)
-            out->color[c] += emitted * (piece->color[c] + piece->color_slope[c] * hu[i]);
+            out->color[c] += emitted * (piece->color[c] + piece->color_slope[c] * hu[i]) * light[i][c] +
+                             seen * tau[i] * light[i][3 + c];
     }
     out->transmittance = exp(-out->depth);
 }
@@ -140,11 +156,13 @@ static void light_add_constant(struct ref_light *light, const struct ref_pieces 
     light_add_step(light, 1 - rgba[3], rgba);
 }
 
-static void light_add_opaque(struct ref_light *light, const struct stretch *s)
+static void light_add_opaque(struct ref_light *light, const struct stretch *s, const double here[REF_LIGHT_MOST])
 {
     double hu = fmin(fmax(s->hu.c[0], s->piece->hu_low), s->piece->hu_high) - s->piece->hu_base, color[3] = {0, 0, 0};
-    for (int c = 0; c < 3 && s->pieces->emission == VIT_EMISSION_LUMINANCE; c++)
-        color[c] = s->piece->color[c] + s->piece->color_slope[c] * hu;
+    for (int c = 0; c < 3; c++) {
+        bool luminance = s->pieces->emission == VIT_EMISSION_LUMINANCE;
+        color[c] = (luminance ? s->piece->color[c] + s->piece->color_slope[c] * hu : 0) * here[c] + here[3 + c];
+    }
     light_add_step(light, 0, color);
 }
 
@@ -153,8 +171,10 @@ static void light_add_piece(struct ref_light *light, const struct ref_quadrature
 {
     if (s->piece->empty)
         return;
-    if (s->piece->opaque) {
-        light_add_opaque(light, s);
+    double here[REF_LIGHT_MOST];
+    light_here(s, 0, here);
+    if (s->piece->opaque && here[6] > 0) {
+        light_add_opaque(light, s, here);
         return;
     }
     double at = 0, size = 1;
@@ -181,8 +201,8 @@ static void light_add_piece(struct ref_light *light, const struct ref_quadrature
 
 /* [from, to] of a cubic that is monotone there: one call per control point crossed. */
 static void light_add_monotone(struct ref_light *light, const struct ref_quadrature *quadrature,
-                               const struct ref_pieces *pieces, const struct ref_cubic *cubic, double from, double to,
-                               double length_mm, double share)
+                               const struct ref_pieces *pieces, const struct ref_cubic *cubic,
+                               const struct ref_lit *lit, double from, double to, double length_mm, double share)
 {
     double hu_from = ref_cubic_at(cubic, from), hu_to = ref_cubic_at(cubic, to);
     bool rising = hu_to > hu_from;
@@ -196,8 +216,13 @@ static void light_add_monotone(struct ref_light *light, const struct ref_quadrat
         bool crosses = rising ? edge < hu_to : edge > hu_to;
         double right = crosses ? ref_cubic_root(cubic, edge, left, to) : to;
         if (right > left && (rising ? hu_left < edge : hu_left > edge || hu_from == hu_to)) {
-            struct stretch s = {pieces, &pieces->piece[piece], ref_cubic_part(cubic, left, right),
-                                (right - left) * length_mm};
+            struct stretch s = {pieces,
+                                &pieces->piece[piece],
+                                ref_cubic_part(cubic, left, right),
+                                (right - left) * length_mm,
+                                lit,
+                                left,
+                                right};
             light_add_piece(light, quadrature, &s, share * (right - left));
         }
         if (!crosses)
@@ -209,14 +234,14 @@ static void light_add_monotone(struct ref_light *light, const struct ref_quadrat
 }
 
 void ref_light_add(struct ref_light *light, const struct ref_quadrature *quadrature, const struct ref_pieces *pieces,
-                   const struct ref_cubic *cubic, double length_mm, double share)
+                   const struct ref_cubic *cubic, const struct ref_lit *lit, double length_mm, double share)
 {
-    if (ref_cubic_is_constant(cubic)) {
+    if (ref_cubic_is_constant(cubic) && !lit) {
         light_add_constant(light, pieces, cubic->c[0], length_mm);
         return;
     }
     double bounds[4];
     int count = ref_cubic_monotone(cubic, bounds);
     for (int i = 0; i + 1 < count; i++)
-        light_add_monotone(light, quadrature, pieces, cubic, bounds[i], bounds[i + 1], length_mm, share);
+        light_add_monotone(light, quadrature, pieces, cubic, lit, bounds[i], bounds[i + 1], length_mm, share);
 }

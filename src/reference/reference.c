@@ -18,14 +18,20 @@ static void composite(struct ref_walk *walk, double rgba[4])
 {
     const struct vit_reference *r = walk->reference;
     struct ref_light light = {.transmittance = 1};
+    struct ref_lit lit;
+    bool is_lit = r->lights.channels > 0;
     double from, to, low, high, whole = walk->end - walk->at;
     ptrdiff_t cell[3];
     while (light.transmittance > r->quadrature.cut && ref_walk_step(walk, &from, &to, cell)) {
         if (ref_walk_brick_is_empty(walk, cell))
             continue;
         struct ref_cubic cubic = ref_walk_cubic(walk, cell, from, to, &low, &high);
-        if (!ref_pieces_are_empty(&r->pieces, low, high))
-            ref_light_add(&light, &r->quadrature, &r->pieces, &cubic, (to - from) * walk->mm, (to - from) / whole);
+        if (ref_pieces_are_empty(&r->pieces, low, high))
+            continue;
+        if (is_lit)
+            ref_walk_lit(walk, cell, from, to, &lit);
+        ref_light_add(&light, &r->quadrature, &r->pieces, &cubic, is_lit ? &lit : NULL, (to - from) * walk->mm,
+                      (to - from) / whole);
     }
     for (int c = 0; c < 3; c++)
         rgba[c] = light.color[c];
@@ -172,7 +178,11 @@ struct vit_reference *vit_reference_create(const struct vit_volume *volume, cons
     take_volume(r, volume);
     if (!ref_pieces_init(&r->pieces, plan->transfer))
         goto fail;
-    ref_quadrature_init(&r->quadrature, &r->pieces, chosen.tolerance, plan->camera.diagonal_mm);
+    double gain = plan->light.on ? fmax(1, plan->light.body_max + plan->light.shine_max) : 1;
+    ref_quadrature_init(&r->quadrature, &r->pieces, chosen.tolerance, plan->camera.diagonal_mm, gain);
+    if (plan->light.on && plan->technique == VIT_TECHNIQUE_COMPOSITE &&
+        !ref_lights_init(&r->lights, volume, plan, chosen.quantised))
+        goto fail;
     if (plan->technique == VIT_TECHNIQUE_COMPOSITE && !slabs && !make_bricks(r, vit_volume_get_stats(volume)))
         goto fail;
     if (slabs && plan->classify == VIT_CLASSIFY_PRE && !make_texels(r, vit_volume_get_stats(volume)))
@@ -189,6 +199,7 @@ void vit_reference_destroy(struct vit_reference **reference)
     if (!*reference)
         return;
     ref_pieces_clear(&(*reference)->pieces);
+    ref_lights_clear(&(*reference)->lights);
     vit_free((*reference)->brick_empty);
     vit_free((*reference)->texel);
     vit_free(*reference);

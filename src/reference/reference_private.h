@@ -52,6 +52,37 @@ void ref_pieces_clear(struct ref_pieces *pieces);
 size_t ref_pieces_find(const struct ref_pieces *pieces, double hu);
 bool ref_pieces_are_empty(const struct ref_pieces *pieces, double hu_low, double hu_high);
 
+/* ---- light.c: the light of the voxels that can be seen (material.h, "light of a voxel")
+ * ------------------------------
+ */
+
+#define REF_LIGHT_MOST 7
+/* Channels of a voxel: body, shine, factor; or, under coloured lights, body and shine in red, green and blue. */
+struct ref_lights {
+    int channels; /* 0: unlit; 3 or 7 */
+    ptrdiff_t n[3], bricks[3];
+    int32_t *slot; /* of each brick; -1: nobody will ask */
+    float *value;  /* [slot][voxel of the brick][channel] */
+    float none[REF_LIGHT_MOST];
+};
+VIT_NODISCARD bool ref_lights_init(struct ref_lights *lights, const struct vit_volume *volume,
+                                   const struct vit_plan *plan, bool quantised); /* false: out of memory */
+void ref_lights_clear(struct ref_lights *lights);
+const float *ref_lights_at(const struct ref_lights *lights, ptrdiff_t i, ptrdiff_t j, ptrdiff_t k);
+/* Of any number of channels: the seven, and slabs lit by them: C·body + A·shine, then `factor` times as thick. */
+void ref_lights_spread(const struct ref_lights *lights, const double *channel, double spread[REF_LIGHT_MOST]);
+void ref_lights_slab(const double spread[REF_LIGHT_MOST], double rgba[4]);
+/* The light at a parameter of the ray, spread. */
+struct ref_walk;
+void ref_lights_here(const struct ref_walk *walk, double at, double spread[REF_LIGHT_MOST]);
+
+/* Along a stretch of ray inside one cell: a cubic per channel. */
+struct ref_lit {
+    const struct ref_lights *lights;
+    struct ref_cubic channel[REF_LIGHT_MOST];
+};
+void ref_lit_at(const struct ref_lit *lit, double u, double spread[REF_LIGHT_MOST]);
+
 /* ---- quadrature.c -------------------------------------------------------------------------------------------------
  */
 
@@ -73,11 +104,13 @@ struct ref_quadrature {
     double tolerance; /* absolute, per ray */
     double cut;       /* below this transmittance the rest cannot be seen */
 };
+/* gain: how much brighter than the transfer function's colours anything can be lit. */
 void ref_quadrature_init(struct ref_quadrature *quadrature, const struct ref_pieces *pieces, double tolerance,
-                         double longest_mm);
-/* Adds the stretch of length_mm over which HU is `cubic`. share: the part of the tolerance it may use, (0, 1]. */
+                         double longest_mm, double gain);
+/* Adds the stretch of length_mm over which HU is `cubic` and the light `lit` (NULL: unlit). share: the part of the
+ * tolerance it may use, (0, 1]. */
 void ref_light_add(struct ref_light *light, const struct ref_quadrature *quadrature, const struct ref_pieces *pieces,
-                   const struct ref_cubic *cubic, double length_mm, double share);
+                   const struct ref_cubic *cubic, const struct ref_lit *lit, double length_mm, double share);
 
 /* ---- the scene ------------------------------------------------------------------------------------------------------
  */
@@ -87,6 +120,7 @@ struct vit_reference {
     const struct vit_plan *plan;
     struct ref_pieces pieces;
     struct ref_quadrature quadrature;
+    struct ref_lights lights;
     enum vit_sample sample;
     const void *samples;
     ptrdiff_t n[3], stride[3];
@@ -125,6 +159,8 @@ bool ref_walk_step(struct ref_walk *walk, double *from, double *to, ptrdiff_t ce
 /* HU along a stretch of the cell, and the least and greatest of the samples it comes from. */
 struct ref_cubic ref_walk_cubic(const struct ref_walk *walk, const ptrdiff_t cell[3], double from, double to,
                                 double *low, double *high);
+/* The light along the same stretch. */
+void ref_walk_lit(const struct ref_walk *walk, const ptrdiff_t cell[3], double from, double to, struct ref_lit *lit);
 bool ref_walk_brick_is_empty(const struct ref_walk *walk, const ptrdiff_t cell[3]);
 /* Corner samples' places and weights at one parameter (nearest: one of weight 1); returns their count. */
 int ref_walk_corners(const struct ref_walk *walk, double at, ptrdiff_t place[8], double weight[8]);

@@ -3,6 +3,7 @@
 #include "reference_private.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Part of slab `index` on the ray, as the walk's parameter; false if there is none. */
 static bool slab_part(const struct ref_walk *walk, int index, double *from, double *to)
@@ -20,6 +21,16 @@ static void add_rgba(struct ref_light *light, const double rgba[4])
     light->transmittance *= 1 - rgba[3];
 }
 
+/* By the light at the middle of [from, to], where there is any. */
+static void light_slab(const struct ref_walk *walk, double from, double to, double rgba[4])
+{
+    double light[REF_LIGHT_MOST];
+    if (walk->reference->lights.channels == 0)
+        return;
+    ref_lights_here(walk, (from + to) / 2, light);
+    ref_lights_slab(light, rgba);
+}
+
 static void add_slab(struct ref_light *light, const struct ref_walk *walk, double from, double to)
 {
     const struct vit_reference *r = walk->reference;
@@ -27,6 +38,7 @@ static void add_slab(struct ref_light *light, const struct ref_walk *walk, doubl
     if (ref_pieces_are_empty(&r->pieces, fmin(front, back), fmax(front, back)))
         return;
     vit_slab_integrate(r->plan->transfer, front, back, (to - from) * walk->mm, rgba);
+    light_slab(walk, from, to, rgba);
     add_rgba(light, rgba);
 }
 
@@ -35,17 +47,33 @@ static void add_post(struct ref_light *light, const struct ref_walk *walk, doubl
     double rgba[4];
     vit_transfer_slab(walk->reference->plan->transfer, ref_walk_hu(walk, (from + to) / 2), (to - from) * walk->mm,
                       rgba);
+    light_slab(walk, from, to, rgba);
     add_rgba(light, rgba);
+}
+
+/* A texel as it is before filtering: lit, if the plan lights texels. */
+static void texel_at(const struct vit_reference *r, ptrdiff_t place, double rgba[4])
+{
+    const ptrdiff_t *n = r->n;
+    double channel[REF_LIGHT_MOST], light[REF_LIGHT_MOST];
+    memcpy(rgba, r->texel[ref_raw(r, place) - r->raw_min], 4 * sizeof *rgba);
+    if (r->lights.channels == 0 || !r->plan->light.in_texels)
+        return;
+    const float *value = ref_lights_at(&r->lights, place % n[0], place / n[0] % n[1], place / n[0] / n[1]);
+    for (int c = 0; c < r->lights.channels; c++)
+        channel[c] = value[c];
+    ref_lights_spread(&r->lights, channel, light);
+    ref_lights_slab(light, rgba);
 }
 
 static void add_pre(struct ref_light *light, const struct ref_walk *walk, double from, double to)
 {
     const struct vit_reference *r = walk->reference;
     ptrdiff_t place[8];
-    double weight[8], rgba[4] = {0, 0, 0, 0};
+    double weight[8], texel[4], rgba[4] = {0, 0, 0, 0};
     int count = ref_walk_corners(walk, (from + to) / 2, place, weight);
     for (int i = 0; i < count; i++) {
-        const double *texel = r->texel[ref_raw(r, place[i]) - r->raw_min];
+        texel_at(r, place[i], texel);
         for (int c = 0; c < 4; c++)
             rgba[c] += weight[i] * texel[c];
     }
@@ -56,6 +84,8 @@ static void add_pre(struct ref_light *light, const struct ref_walk *walk, double
     for (int c = 0; c < 3; c++)
         rgba[c] *= scale;
     rgba[3] = alpha;
+    if (!r->plan->light.in_texels)
+        light_slab(walk, from, to, rgba);
     add_rgba(light, rgba);
 }
 

@@ -89,23 +89,52 @@ bool ref_walk_step(struct ref_walk *walk, double *from, double *to, ptrdiff_t ce
     return false;
 }
 
-struct ref_cubic ref_walk_cubic(const struct ref_walk *walk, const ptrdiff_t cell[3], double from, double to,
-                                double *low, double *high)
+/* Samples on both sides of a cell along each axis, and the ends of a stretch of ray in its unit cube. */
+struct cell {
+    ptrdiff_t side[3][2];
+    double from[3], to[3];
+};
+
+static struct cell cell_of(const struct ref_walk *walk, const ptrdiff_t at[3], double from, double to)
 {
     const struct vit_reference *r = walk->reference;
-    ptrdiff_t side[3][2];
-    double f[3], g[3], corner[8];
+    struct cell cell;
     for (int axis = 0; axis < 3; axis++) {
         ptrdiff_t last = r->n[axis] - 1;
-        side[axis][0] = clamp(cell[axis], 0, last) * r->stride[axis];
-        side[axis][1] = r->nearest ? side[axis][0] : clamp(cell[axis] + 1, 0, last) * r->stride[axis];
-        double at_cell = walk->grid[axis] - (double)cell[axis];
-        f[axis] = fmin(fmax(at_cell + from * walk->per_mm[axis], 0), 1);
-        g[axis] = fmin(fmax(at_cell + to * walk->per_mm[axis], 0), 1);
+        cell.side[axis][0] = clamp(at[axis], 0, last);
+        cell.side[axis][1] = r->nearest ? cell.side[axis][0] : clamp(at[axis] + 1, 0, last);
+        double at_cell = walk->grid[axis] - (double)at[axis];
+        cell.from[axis] = fmin(fmax(at_cell + from * walk->per_mm[axis], 0), 1);
+        cell.to[axis] = fmin(fmax(at_cell + to * walk->per_mm[axis], 0), 1);
     }
+    return cell;
+}
+
+void ref_walk_lit(const struct ref_walk *walk, const ptrdiff_t at[3], double from, double to, struct ref_lit *lit)
+{
+    const struct ref_lights *lights = &walk->reference->lights;
+    struct cell cell = cell_of(walk, at, from, to);
+    double corner[REF_LIGHT_MOST][8];
+    for (int i = 0; i < 8; i++) {
+        const float *value = ref_lights_at(lights, cell.side[0][i & 1], cell.side[1][i >> 1 & 1], cell.side[2][i >> 2]);
+        for (int c = 0; c < lights->channels; c++)
+            corner[c][i] = value[c];
+    }
+    lit->lights = lights;
+    for (int c = 0; c < lights->channels; c++)
+        lit->channel[c] = ref_cubic_trilinear(corner[c], cell.from, cell.to);
+}
+
+struct ref_cubic ref_walk_cubic(const struct ref_walk *walk, const ptrdiff_t at[3], double from, double to, double *low,
+                                double *high)
+{
+    const struct vit_reference *r = walk->reference;
+    struct cell cell = cell_of(walk, at, from, to);
+    double corner[8];
     int least = INT32_MAX, greatest = INT32_MIN;
     for (int i = 0; i < 8; i++) {
-        int raw = ref_raw(r, side[0][i & 1] + side[1][i >> 1 & 1] + side[2][i >> 2]);
+        int raw = ref_raw(r, cell.side[0][i & 1] * r->stride[0] + cell.side[1][i >> 1 & 1] * r->stride[1] +
+                                 cell.side[2][i >> 2] * r->stride[2]);
         least = raw < least ? raw : least;
         greatest = raw > greatest ? raw : greatest;
         corner[i] = raw;
@@ -113,7 +142,7 @@ struct ref_cubic ref_walk_cubic(const struct ref_walk *walk, const ptrdiff_t cel
     double a = r->slope * least + r->intercept, b = r->slope * greatest + r->intercept;
     *low = fmin(a, b);
     *high = fmax(a, b);
-    struct ref_cubic cubic = ref_cubic_trilinear(corner, f, g);
+    struct ref_cubic cubic = ref_cubic_trilinear(corner, cell.from, cell.to);
     cubic.c[0] = r->slope * cubic.c[0] + r->intercept;
     for (int i = 1; i < 4; i++)
         cubic.c[i] *= r->slope;

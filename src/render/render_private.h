@@ -27,27 +27,82 @@ struct vit_texels {
     size_t entry_bytes;
     unsigned char *entries;
     double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
+    float (*classified)[4];         /* for vit_texels_lit_row: what the entries are rounded from; NULL: unlit */
 };
 VIT_NODISCARD bool vit_texels_make(struct vit_texels *texels, const struct vit_volume *volume,
                                    const struct vit_plan *plan); /* false: out of memory */
 /* `count` samples to texels; place: number of the row's first voxel in the volume, which says how it is dithered. */
 void vit_texels_row(const struct vit_texels *texels, enum vit_sample sample, const void *row, size_t count,
                     uint32_t place, unsigned char *out);
+/* The same, lit (VGK96); `first` is the number of the row's first voxel. */
+struct vit_shade;
+void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
+                        enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out);
 void vit_texels_clear(struct vit_texels *texels);
 uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels depend on but the voxels */
+
+/* shade.c: what every voxel reflects: the number of its direction and, where the preset asks, weight and factor, made
+ * once; and the table of directions, made again when view, light or material change. All zero: nothing made yet. */
+struct vit_shade {
+    struct vit_sphere *sphere;
+    struct vit_lit *table; /* of the sphere's directions */
+    float *scaled;         /* [direction][body and shine, or six channels], in 1/255 of a texel's range, times weight */
+    uint16_t *index;
+    uint8_t *weight, *factor; /* NULL where the preset has no boundaries, no gradient opacity */
+    uint8_t *wanted;          /* bricks whose voxels are known */
+    uint64_t directions_from, surface_from, table_from; /* table_from: of all that is lit by it */
+    bool grey;
+};
+VIT_NODISCARD bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
+                                     const struct vit_plan *plan, const struct vit_progress *progress);
+/* Light texels of `count` voxels from number `first` on, `channels` bytes each: grey: body, shine, factor, 0, as many
+ * of them as there are channels; else body in red, green, blue, and factor. */
+void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
+                   size_t channels, unsigned char *out);
+/* Shine in red, green and blue, and 0: under coloured lights. */
+void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out);
+/* In single precision, for texels that are lit before they are filtered. */
+struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
+void vit_shade_clear(struct vit_shade *shade);
+
+/* upload.c: fills a 3D texture a batch of slices at a time. */
+struct vit_upload {
+    const char *what;
+    const size_t *n;
+    const uint8_t *wanted; /* bricks; only boxes round them are sent, eight slices at a time. NULL: everything */
+    size_t texel_bytes;
+    GLenum layout, type;
+    /* Texels of `count` voxels of a row, from number `first` of the volume on. Called by several threads at once. */
+    void (*row)(const void *user, size_t first, size_t count, unsigned char *out);
+    const void *user;
+};
+/* Into the texture that is bound to GL_TEXTURE_3D. False: out of memory or cancelled (logged). */
+VIT_NODISCARD bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload,
+                                  const struct vit_progress *progress);
+
+/* light3d.c: the light of voxels as 3D textures, lit or as numbers of directions with their table. */
+struct vit_light3d {
+    GLuint texture, second; /* second: shine, or the table of directions */
+    uint64_t shape, made_from, index_from;
+    uint64_t bytes;
+};
+VIT_NODISCARD bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
+                                       const struct vit_plan *plan, const struct vit_progress *progress);
+void vit_light3d_clear(struct vit_light3d *light);
 
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
     enum vit_texel texel;
     size_t n[3];
-    uint64_t made_from;
+    uint64_t made_from, lit_from;
     uint64_t bytes;
     double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
 };
+/* shade: of the same plan; used where texels are lit beforehand. */
 VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,
-                                         const struct vit_volume *volume, const struct vit_plan *plan,
-                                         const struct vit_progress *progress);
+                                         const struct vit_volume *volume, const struct vit_shade *shade,
+                                         const struct vit_plan *plan, const struct vit_progress *progress);
 void vit_texture3d_clear(struct vit_texture3d *texture);
 
 /* table.c: the transfer function over HU (post) or pairs of HU (slab) as a 2D texture. */

@@ -9,7 +9,8 @@
 #define UNIFORMS(X) \
     X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
-    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex)
+    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
+    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain)
 /* clang-format on */
 
 struct program {
@@ -26,6 +27,8 @@ struct vit_renderer {
     struct vit_gl *gl;
     const struct vit_volume *volume;
     struct vit_texture3d texture3d;
+    struct vit_shade shade;
+    struct vit_light3d light3d;
     struct vit_table table;
     struct vit_occupancy occupancy;
     struct vit_surface surfaces[2]; /* of the last two sizes asked for: at rest, and moving */
@@ -58,6 +61,8 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     if (!renderer)
         return;
     vit_texture3d_clear(&renderer->texture3d);
+    vit_shade_clear(&renderer->shade);
+    vit_light3d_clear(&renderer->light3d);
     vit_table_clear(&renderer->table);
     vit_occupancy_clear(&renderer->occupancy);
     vit_present_clear(&renderer->present);
@@ -146,7 +151,10 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     choose_surface(renderer, plan);
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
         !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
-        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, plan, progress) ||
+        !vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, progress) ||
+        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan,
+                               progress) ||
+        !vit_light3d_prepare(renderer->gl, &renderer->light3d, &renderer->shade, plan, progress) ||
         !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
         !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
         return false;
@@ -154,7 +162,8 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
         vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
         return false;
     }
-    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes + renderer->occupancy.bytes;
+    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes + renderer->occupancy.bytes +
+                                    (plan->features & VIT_FEATURE(LIGHT) ? renderer->light3d.bytes : 0);
     renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
     return true;
 }
@@ -222,6 +231,21 @@ static void set_uniforms(const struct program *program, const struct vit_plan *p
     }
 }
 
+static void set_light(const struct program *program, const struct vit_plan *plan)
+{
+    const struct vit_plan_light *light = &plan->light;
+    if (plan->features & VIT_FEATURE(LIGHT_GAIN))
+        glUniform1f(program->light_gain, (GLfloat)light->gain);
+    if (!(plan->features & VIT_FEATURE(LIGHT)))
+        return;
+    glUniform1i(program->light, 6);
+    glUniform1i(program->light_shine, 7);
+    glUniform1i(program->light_table, 7);
+    glUniform4f(program->light_scale, (GLfloat)light->body_max, (GLfloat)light->shine_max, (GLfloat)light->factor_max,
+                (GLfloat)light->weight_max);
+    glUniform1f(program->light_ambient, (GLfloat)light->model.material.ambient);
+}
+
 static void send_vertices(struct vit_renderer *renderer, const struct program *program, const void *vertices,
                           size_t bytes)
 {
@@ -232,8 +256,15 @@ static void send_vertices(struct vit_renderer *renderer, const struct program *p
     glVertexAttribPointer((GLuint)program->outline, 3, GL_FLOAT, GL_FALSE, 0, NULL);
 }
 
-static void bind_textures(struct vit_renderer *renderer)
+static void bind_textures(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
+    if (plan->features & VIT_FEATURE(LIGHT)) {
+        glActiveTexture(GL_TEXTURE7);
+        glBindTexture(plan->features & VIT_FEATURE(LIGHT_INDEX) ? GL_TEXTURE_2D : GL_TEXTURE_3D,
+                      renderer->light3d.second);
+        glActiveTexture(GL_TEXTURE6);
+        glBindTexture(GL_TEXTURE_3D, renderer->light3d.texture);
+    }
     glActiveTexture(GL_TEXTURE3);
     glBindTexture(GL_TEXTURE_3D, renderer->occupancy.texture);
     glActiveTexture(GL_TEXTURE2);
@@ -269,13 +300,14 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
     const struct vit_mesh *mesh = &renderer->mesh;
     glUseProgram(renderer->program.name);
     set_uniforms(&renderer->program, plan);
+    set_light(&renderer->program, plan);
     if (plan->axis.entries > 0)
         set_axis(&renderer->program, plan, &renderer->texture3d);
     send_vertices(renderer, &renderer->program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, renderer->buffers[1]);
     glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(mesh->index_count * sizeof *mesh->indices), mesh->indices,
                  GL_STREAM_DRAW);
-    bind_textures(renderer);
+    bind_textures(renderer, plan);
     set_blending(plan);
     glDrawElements(GL_TRIANGLES, (GLsizei)mesh->index_count, GL_UNSIGNED_INT, NULL);
     glDisable(GL_BLEND);
@@ -293,7 +325,7 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
     glUniform2f(program->tex_from_px, 1.0f / (GLfloat)renderer->surface->target.width,
                 1.0f / (GLfloat)renderer->surface->target.height);
     send_vertices(renderer, program, whole, sizeof whole);
-    bind_textures(renderer);
+    bind_textures(renderer, plan);
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, renderer->surface->reduced.texture);
     glDrawArrays(GL_TRIANGLES, 0, 3);

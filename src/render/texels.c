@@ -65,8 +65,12 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
                                   .raw_min = stats->raw_min,
                                   .entry_bytes = plan->texel_dither ? 8 : format->bytes};
     lookup->entries = vit_alloc((size_t)count, lookup->entry_bytes);
-    if (!lookup->entries)
+    if (plan->light.in_texels)
+        lookup->classified = vit_alloc((size_t)count, sizeof *lookup->classified);
+    if (!lookup->entries || (plan->light.in_texels && !lookup->classified)) {
+        vit_texels_clear(lookup);
         return false;
+    }
     scalar_scale(format, stats, &origin, &step);
     lookup->hu_origin = info->slope * origin + info->intercept;
     lookup->hu_per_value = info->slope / step;
@@ -79,6 +83,8 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
             vit_transfer_slab(plan->transfer, info->slope * raw + info->intercept, plan->slab_mm, value);
         else
             value[0] = (raw - origin) * step;
+        for (int c = 0; c < 4 && lookup->classified; c++)
+            lookup->classified[i][c] = (float)value[c];
         if (!lookup->dither)
             store_texel(format, value, entry);
         for (int c = 0; c < 4 && lookup->dither; c++)
@@ -93,6 +99,13 @@ static size_t entry_of(const struct vit_texels *lookup, enum vit_sample sample, 
     return (size_t)(raw - lookup->raw_min);
 }
 
+/* A hash of the place, 0 to 255. */
+static uint32_t dither_at(uint32_t place)
+{
+    uint32_t hash = place * 0x9e3779b1u;
+    return (hash ^ hash >> 15) * 0x85ebca77u >> 24;
+}
+
 /* A hash of the place says where a texel rounds; the same for all channels, so that colour stays below opacity. */
 static void dither_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
                        uint32_t place, unsigned char *out)
@@ -100,10 +113,9 @@ static void dither_row(const struct vit_texels *lookup, enum vit_sample sample, 
     for (size_t i = 0; i < count; i++) {
         uint16_t fine[4];
         memcpy(fine, lookup->entries + entry_of(lookup, sample, row, i) * sizeof fine, sizeof fine);
-        uint32_t hash = (place + (uint32_t)i) * 0x9e3779b1u;
-        hash = (hash ^ hash >> 15) * 0x85ebca77u;
+        uint32_t up = dither_at(place + (uint32_t)i);
         for (size_t c = 0; c < 4; c++)
-            out[i * 4 + c] = (unsigned char)((fine[c] + (hash >> 24)) >> 8);
+            out[i * 4 + c] = (unsigned char)((fine[c] + up) >> 8);
     }
 }
 
@@ -142,8 +154,47 @@ void vit_texels_row(const struct vit_texels *lookup, enum vit_sample sample, con
         classify_row(lookup, sample, row, count, out);
 }
 
+/* C·body + A·shine, then `factor` times as thick; highlights fit below 1 after division by the gain. */
+static void light_texel(const float texel[4], const struct vit_voxel_light *light, float gain, float out[4])
+{
+    float alpha = texel[3], scale = 1;
+    if (light->factor != 1) {
+        alpha = texel[3] < 1 ? 1 - powf(1 - texel[3], light->factor) : light->factor > 0 ? 1 : 0;
+        scale = texel[3] > 1e-6F ? alpha / texel[3] : light->factor;
+    }
+    for (int c = 0; c < 3; c++)
+        out[c] = (texel[c] * light->body[c] + texel[3] * light->shine[c]) * scale / gain;
+    out[3] = alpha;
+}
+
+void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
+                        enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out)
+{
+    const struct vit_texel_format *format = texels->format;
+    const float gain = (float)plan->light.gain;
+    memset(out, 0, count * format->bytes);
+    for (size_t i = 0; i < count; i++, out += format->bytes) {
+        const float *texel = texels->classified[entry_of(texels, sample, row, i)];
+        if (texel[0] + texel[1] + texel[2] + texel[3] == 0)
+            continue;
+        struct vit_voxel_light light = vit_shade_voxel(shade, plan, first + i);
+        float lit[4];
+        light_texel(texel, &light, gain, lit);
+        const double value[4] = {lit[0], lit[1], lit[2], lit[3]};
+        if (!texels->dither) {
+            store_texel(format, value, out);
+            continue;
+        }
+        uint32_t up = dither_at((uint32_t)(first + i));
+        for (int c = 0; c < 4; c++)
+            out[c] = (unsigned char)(((uint32_t)lrint(fmin(1, fmax(0, value[c])) * 255 * 256) + up) >> 8);
+    }
+}
+
 void vit_texels_clear(struct vit_texels *lookup)
 {
     vit_free(lookup->entries);
+    vit_free(lookup->classified);
     lookup->entries = NULL;
+    lookup->classified = NULL;
 }

@@ -3,40 +3,40 @@
 
 #include "render_private.h"
 
+struct rows {
+    const struct vit_texels *texels;
+    const struct vit_shade *shade; /* NULL: unlit */
+    const struct vit_plan *plan;
+    enum vit_sample sample;
+    const unsigned char *samples;
+};
+
+static void put_row(const void *user, size_t first, size_t count, unsigned char *out)
+{
+    const struct rows *rows = user;
+    const unsigned char *row = rows->samples + first * 2;
+    if (rows->shade)
+        vit_texels_lit_row(rows->texels, rows->shade, rows->plan, rows->sample, row, first, count, out);
+    else
+        vit_texels_row(rows->texels, rows->sample, row, count, (uint32_t)first, out);
+}
+
 static bool upload(struct vit_gl *gl, const struct vit_texels *texels, const struct vit_volume *volume,
+                   const struct vit_shade *shade, const struct vit_plan *plan, bool only_light,
                    const struct vit_progress *progress)
 {
-    enum { STAGING = 8 << 20 };
     const struct vit_texel_format *format = texels->format;
-    const struct vit_volume_info *info = vit_volume_get_info(volume);
-    const unsigned char *samples = vit_volume_samples(volume);
-    size_t slice = info->n[0] * info->n[1];
-    size_t batch = STAGING / (slice * format->bytes);
-    batch = batch < 1 ? 1 : batch > info->n[2] ? info->n[2] : batch;
-    unsigned char *staging = vit_alloc(batch * slice, format->bytes);
-    if (!staging) {
-        vit_error(vit_gl_log(gl), "out of memory for the texture upload");
-        return false;
-    }
-    bool going = true;
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (size_t first = 0; first < info->n[2] && going; first += batch) {
-        size_t count = info->n[2] - first < batch ? info->n[2] - first : batch;
-        ptrdiff_t rows = (ptrdiff_t)(count * info->n[1]);
-#pragma omp parallel for schedule(static)
-        for (ptrdiff_t row = 0; row < rows; row++) {
-            size_t at = (size_t)row * info->n[0], place = first * slice + at;
-            unsigned char *out = staging + at * format->bytes;
-            vit_texels_row(texels, info->sample, samples + place * 2, info->n[0], (uint32_t)place, out);
-        }
-        glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, (GLint)first, (GLsizei)info->n[0], (GLsizei)info->n[1], (GLsizei)count,
-                        format->layout, format->type, staging);
-        going = vit_progress_step(progress, "texture", first + count, info->n[2]);
-    }
-    vit_free(staging);
-    if (!going)
-        vit_error(vit_gl_log(gl), "texture upload: cancelled");
-    return going;
+    const struct rows rows = {texels, plan->light.in_texels ? shade : NULL, plan, vit_volume_get_info(volume)->sample,
+                              vit_volume_samples(volume)};
+    const struct vit_upload upload = {.what = "texture",
+                                      .n = plan->n,
+                                      .wanted = only_light ? shade->wanted : NULL,
+                                      .texel_bytes = format->bytes,
+                                      .layout = format->layout,
+                                      .type = format->type,
+                                      .row = put_row,
+                                      .user = &rows};
+    return vit_upload_run(gl, &upload, progress);
 }
 
 static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
@@ -71,7 +71,8 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
 }
 
 bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
-                           const struct vit_plan *plan, const struct vit_progress *progress)
+                           const struct vit_shade *shade, const struct vit_plan *plan,
+                           const struct vit_progress *progress)
 {
     if (!allocate(gl, texture, plan)) {
         vit_texture3d_clear(texture);
@@ -80,8 +81,9 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     GLint filter = plan->filter == VIT_FILTER_NEAREST ? GL_NEAREST : GL_LINEAR;
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, filter);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, filter);
-    uint64_t hash = vit_texels_hash(plan);
-    if (texture->made_from == hash)
+    uint64_t hash = vit_texels_hash(plan), lit = plan->light.in_texels ? shade->table_from : 0;
+    bool only_light = texture->made_from == hash && texture->lit_from && lit;
+    if (texture->made_from == hash && (texture->lit_from == lit || (only_light && plan->light.stays)))
         return true;
     struct vit_texels texels;
     bool made = vit_texels_make(&texels, volume, plan);
@@ -89,9 +91,11 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
         vit_error(vit_gl_log(gl), "out of memory for the texel table");
     texture->hu_origin = texels.hu_origin;
     texture->hu_per_value = texels.hu_per_value;
-    bool good = made && upload(gl, &texels, volume, progress) && vit_gl_check(gl, "texture upload");
+    bool good =
+        made && upload(gl, &texels, volume, shade, plan, only_light, progress) && vit_gl_check(gl, "texture upload");
     vit_texels_clear(&texels);
     texture->made_from = good ? hash : 0;
+    texture->lit_from = good ? lit : 0;
     return good;
 }
 

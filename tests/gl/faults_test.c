@@ -15,13 +15,23 @@
 #include <cmocka.h>
 
 struct scene {
-    const char *name, *preset, *set[3], *limit, *output; /* output: "png" or "nrrd" */
+    const char *name, *preset, *set[4], *limit, *output; /* output: "png" or "nrrd" */
 };
 static const struct scene scenes[] = {
-    {"classified texels to PNG", "bone", {"sampling.classify=pre"}, NULL, "png"},
-    {"slabs to NRRD", "bone", {"sampling.classify=slab"}, NULL, "nrrd"},
+    {"classified texels to PNG", "bone", {"sampling.classify=pre", "shading.subdivision=1"}, NULL, "png"},
+    {"slabs to NRRD", "bone", {"sampling.classify=slab", "shading.subdivision=1"}, NULL, "nrrd"},
+    {"bounded light of two colours",
+     "bone-classic",
+     {"shading.lights=[{direction: [0, 0, 1], color: [1, 0, 0]}, {direction: [1, 0, 0]}]", "shading.subdivision=1"},
+     NULL,
+     "png"},
+    {"directions in the fragment", "bone", {"shading.lookup=smooth", "shading.subdivision=1"}, NULL, "png"},
     {"MIP to PNG", "mip", {NULL}, NULL, "png"},
-    {"bytes only", "bone", {"sampling.classify=pre", "sampling.texture_bits=8"}, "color_buffer_half_float=0", "png"},
+    {"bytes only",
+     "bone",
+     {"sampling.classify=pre", "sampling.texture_bits=8", "shading.subdivision=1"},
+     "color_buffer_half_float=0",
+     "png"},
     {NULL},
 };
 

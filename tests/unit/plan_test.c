@@ -296,11 +296,79 @@ static void unbuilt_keys_are_listed(void **state)
     struct scene *scene = *state;
     struct vit_plan_request request = ask(scene);
     request.budget_ms = 20;
-    scene->preset.shading.model = VIT_SHADING_LUT;
     struct vit_plan plan = make(scene, &request);
-    assert_true(leaves_out(&plan, "shading"));
     assert_true(leaves_out(&plan, "--budget-ms"));
-    scene->preset.shading.model = VIT_SHADING_NONE;
+}
+
+static void use_light(struct scene *scene)
+{
+    scene->preset.shading.model = VIT_SHADING_LUT;
+    scene->preset.shading.sphere = VIT_SPHERE_PENTAKIS;
+    scene->preset.shading.subdivision = 4;
+    scene->preset.shading.kernel = VIT_KERNEL_CENTRAL;
+    scene->preset.shading.lights[0] = (struct vit_light){{0, 0, 1}, {1, 1, 1}};
+    scene->preset.shading.light_count = 1;
+    scene->preset.shading.ambient = 0.25;
+    scene->preset.shading.diffuse = 0.75;
+}
+
+/* Every part of the light that a scene does not need is left out, and said so. */
+static void light_is_what_the_preset_asks_for(void **state)
+{
+    static struct vit_boundary boundary = {100, 2, 1};
+    static struct vit_gradient_point point = {0, 0.5};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    struct vit_plan plan = make(scene, &request);
+    const uint64_t voxels = (uint64_t)plan.n[0] * plan.n[1] * plan.n[2];
+    const unsigned shine = VIT_FEATURE(LIGHT_SHINE), color = VIT_FEATURE(LIGHT_COLOR), light = VIT_FEATURE(LIGHT);
+    assert_false(plan.light.on);
+    assert_true(leaves_out(&plan, "light"));
+    use_light(scene);
+    scene->preset.sampling.classify = VIT_CLASSIFY_POST;
+    plan = make(scene, &request);
+    assert_true(plan.light.on && plan.light.lookup == VIT_LIGHT_RESHADE && !plan.light.in_texels);
+    assert_true((plan.features & light) && !(plan.features & (shine | color)) && plan.light.bytes == voxels);
+    assert_true(leaves_out(&plan, "highlights") && leaves_out(&plan, "gradient magnitude"));
+    scene->preset.shading.specular = 0.5;
+    assert_true(make(scene, &request).light.bytes == 2 * voxels);
+    scene->preset.shading.lookup = VIT_LIGHT_SMOOTH;
+    plan = make(scene, &request);
+    assert_true(plan.light.bytes == 2 * voxels && (plan.features & VIT_FEATURE(LIGHT_SMOOTH)));
+    scene->preset.boundaries = &boundary;
+    scene->preset.boundary_count = 1;
+    scene->preset.gradient_opacity = &point;
+    scene->preset.gradient_opacity_count = 1;
+    plan = make(scene, &request);
+    assert_true(plan.light.bytes == 4 * voxels && (plan.features & VIT_FEATURE(LIGHT_FACTOR)));
+    assert_true(fabs(plan.light.body_max - (0.25 + 2 * 0.75)) < 1e-12 && fabs(plan.light.shine_max - 1) < 1e-12);
+    assert_false(leaves_out(&plan, "gradient magnitude"));
+    scene->preset.shading.lookup = VIT_LIGHT_AUTO;
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    plan = make(scene, &request);
+    assert_true(plan.light.in_texels && plan.light.bytes == 0 && !(plan.features & light) && plan.light.gain > 1);
+    scene->preset.technique = VIT_TECHNIQUE_MIP;
+    plan = make(scene, &request);
+    assert_true(!plan.light.on && leaves_out(&plan, "shading") && leaves_out(&plan, "gradient_opacity"));
+    scene->preset = before;
+}
+
+/* While the view moves the last light may stay, if the preset allows. */
+static void light_may_wait_for_rest(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    use_light(scene);
+    request.moving = true;
+    assert_false(make(scene, &request).light.stays);
+    scene->preset.shading.lazy = true;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.light.stays && leaves_out(&plan, "light of this view"));
+    request.moving = false;
+    assert_false(make(scene, &request).light.stays);
+    scene->preset = before;
 }
 
 int main(void)
@@ -316,6 +384,8 @@ int main(void)
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
         cmocka_unit_test(the_eye_bounds_what_is_drawn),
         cmocka_unit_test(unbuilt_keys_are_listed),
+        cmocka_unit_test(light_is_what_the_preset_asks_for),
+        cmocka_unit_test(light_may_wait_for_rest),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
 }

@@ -229,8 +229,8 @@ static void run_medium(const struct vit_transfer *transfer, double hu_front, dou
     struct ref_cubic cubic = {{hu_front, hu_back - hu_front, 0, 0}};
     struct ref_light light = {.transmittance = 1};
     assert_true(ref_pieces_init(&pieces, transfer));
-    ref_quadrature_init(&quadrature, &pieces, 1e-10, mm);
-    ref_light_add(&light, &quadrature, &pieces, &cubic, mm, 1);
+    ref_quadrature_init(&quadrature, &pieces, 1e-10, mm, 1);
+    ref_light_add(&light, &quadrature, &pieces, &cubic, NULL, mm, 1);
     for (int c = 0; c < 3; c++)
         rgba[c] = light.color[c];
     rgba[3] = 1 - light.transmittance;

@@ -1,0 +1,108 @@
+// The light of a place (material.h, "light of a voxel"): body, shine and factor of the voxels around, interpolated.
+//
+//   VIT_LIGHT_INDEX   texels carry numbers of directions, whose colours stand in a table 256 wide; else the colours
+//   VIT_LIGHT_SMOOTH  the colours of the eight voxels around are interpolated; else the nearest one's stands for all
+//   VIT_LIGHT_COLOR   body and shine differ by channel; VIT_LIGHT_SHINE, VIT_LIGHT_WEIGHT, VIT_LIGHT_FACTOR: are there
+uniform vec4 light_scale; // what a texel of 1 stands for: body, shine, factor, weight
+#ifdef VIT_LIGHT_INDEX
+uniform highp usampler3D light; // r: direction; g: weight and, in the upper byte, factor
+uniform sampler2D light_table;  // body and shine in r and g; under colours two tables, one over the other
+uniform float light_ambient;
+#else
+uniform VIT_SAMPLER_3D light; // body, shine, factor; under colours body and factor,
+#ifdef VIT_LIGHT_COLOR
+uniform VIT_SAMPLER_3D light_shine; // and shine
+#endif
+#endif
+
+struct Light {
+    vec3 body, shine;
+    float factor;
+};
+
+#ifdef VIT_LIGHT_INDEX
+Light light_of(ivec3 voxel)
+{
+    uvec2 texel = texelFetch(light, voxel, 0).rg;
+    ivec2 entry = ivec2(int(texel.r & 255u), int(texel.r >> 8u));
+    Light here = Light(vec3(0.0), vec3(0.0), 1.0);
+#ifdef VIT_LIGHT_COLOR
+    here.body = texelFetch(light_table, entry, 0).rgb;
+#ifdef VIT_LIGHT_SHINE
+    here.shine = texelFetch(light_table, entry + ivec2(0, textureSize(light_table, 0).y / 2), 0).rgb;
+#endif
+#else
+    vec2 both = texelFetch(light_table, entry, 0).rg;
+    here.body = vec3(both.r);
+    here.shine = vec3(both.g);
+#endif
+#ifdef VIT_LIGHT_WEIGHT
+    float weight = float(texel.g & 255u) / 255.0 * light_scale.w;
+    here.body = light_ambient + weight * (here.body - light_ambient);
+    here.shine *= weight;
+#endif
+#ifdef VIT_LIGHT_FACTOR
+    here.factor = float(texel.g >> 8u) / 255.0 * light_scale.z;
+#endif
+    return here;
+}
+
+Light light_at(vec3 position)
+{
+    ivec3 size = textureSize(light, 0);
+#ifdef VIT_LIGHT_SMOOTH
+    vec3 place = position * vec3(size) - 0.5;
+    vec3 low = floor(place);
+    vec3 share = place - low;
+    Light sum = Light(vec3(0.0), vec3(0.0), 0.0);
+    for (int i = 0; i < 8; i++) {
+        ivec3 side = ivec3(i & 1, i >> 1 & 1, i >> 2);
+        vec3 part = mix(1.0 - share, share, vec3(side));
+        Light here = light_of(clamp(ivec3(low) + side, ivec3(0), size - 1));
+        float weight = part.x * part.y * part.z;
+        sum.body += weight * here.body;
+        sum.shine += weight * here.shine;
+        sum.factor += weight * here.factor;
+    }
+    return sum;
+#else
+    return light_of(clamp(ivec3(floor(position * vec3(size))), ivec3(0), size - 1));
+#endif
+}
+#else
+Light light_at(vec3 position)
+{
+    vec4 texel = VIT_TEXTURE_3D(light, position);
+    Light here = Light(vec3(0.0), vec3(0.0), 1.0);
+#ifdef VIT_LIGHT_COLOR
+    here.body = texel.rgb * light_scale.x;
+#ifdef VIT_LIGHT_SHINE
+    here.shine = VIT_TEXTURE_3D(light_shine, position).rgb * light_scale.y;
+#endif
+#ifdef VIT_LIGHT_FACTOR
+    here.factor = texel.a * light_scale.z;
+#endif
+#else
+    here.body = vec3(texel.r * light_scale.x);
+#ifdef VIT_LIGHT_SHINE
+    here.shine = vec3(texel.g * light_scale.y);
+#endif
+#ifdef VIT_LIGHT_FACTOR
+    here.factor = texel.b * light_scale.z;
+#endif
+#endif
+    return here;
+}
+#endif
+
+// Lights a slab with its middle at a position; k, the exponent of its thickness, takes the factor of opacity.
+void light_slab(inout vec4 slab, inout float k, vec3 position)
+{
+    Light here = light_at(position);
+    slab.rgb = slab.rgb * here.body + slab.a * here.shine;
+#ifdef VIT_LIGHT_FACTOR
+    k *= here.factor;
+    if (k <= 0.0) // 1 - (1 - A)^0, for A = 1 too
+        slab = vec4(0.0);
+#endif
+}

@@ -1,0 +1,218 @@
+/* The light of voxels as 3D textures: their colours (reshade), or the numbers of their directions and a table of what
+ * directions look like. */
+#include <string.h>
+
+#include "render_private.h"
+
+#define TABLE_WIDTH 256 /* shaders/light.glsl */
+
+struct format {
+    GLenum internal_format, layout, type;
+    size_t bytes;
+};
+
+static bool has(const struct vit_plan *plan, unsigned feature)
+{
+    return plan->features & feature;
+}
+
+static struct format format_of(const struct vit_plan *plan)
+{
+    static const struct format number = {GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, 2};
+    static const struct format numbers = {GL_RG16UI, GL_RG_INTEGER, GL_UNSIGNED_SHORT, 4};
+    static const struct format body = {GL_R8, GL_RED, GL_UNSIGNED_BYTE, 1};
+    static const struct format shine = {GL_RG8, GL_RG, GL_UNSIGNED_BYTE, 2};
+    static const struct format all = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
+    bool factor = has(plan, VIT_FEATURE(LIGHT_FACTOR));
+    if (has(plan, VIT_FEATURE(LIGHT_INDEX)))
+        return factor || has(plan, VIT_FEATURE(LIGHT_WEIGHT)) ? numbers : number;
+    if (factor || has(plan, VIT_FEATURE(LIGHT_COLOR)))
+        return all;
+    return has(plan, VIT_FEATURE(LIGHT_SHINE)) ? shine : body;
+}
+
+struct rows {
+    const struct vit_shade *shade;
+    const struct vit_plan *plan;
+    size_t bytes;
+};
+
+static void light_row(const void *user, size_t first, size_t count, unsigned char *out)
+{
+    const struct rows *rows = user;
+    vit_shade_row(rows->shade, rows->plan, first, count, rows->bytes, out);
+}
+
+static void shine_row(const void *user, size_t first, size_t count, unsigned char *out)
+{
+    const struct rows *rows = user;
+    vit_shade_shine_row(rows->shade, first, count, out);
+}
+
+static void index_row(const void *user, size_t first, size_t count, unsigned char *out)
+{
+    const struct rows *rows = user;
+    const struct vit_shade *shade = rows->shade;
+    if (rows->bytes == sizeof *shade->index) {
+        memcpy(out, shade->index + first, count * sizeof *shade->index);
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        unsigned weight = shade->weight ? shade->weight[first + i] : 255;
+        unsigned factor = shade->factor ? shade->factor[first + i] : 255;
+        const uint16_t both[2] = {shade->index[first + i], (uint16_t)(weight | factor << 8)};
+        memcpy(out + i * sizeof both, both, sizeof both);
+    }
+}
+
+static bool send_rows(struct vit_gl *gl, const struct rows *rows, const struct format *format,
+                      void (*row)(const void *user, size_t first, size_t count, unsigned char *out),
+                      const struct vit_progress *progress)
+{
+    const struct vit_upload upload = {.what = "light",
+                                      .n = rows->plan->n,
+                                      .wanted = rows->shade->wanted,
+                                      .texel_bytes = format->bytes,
+                                      .layout = format->layout,
+                                      .type = format->type,
+                                      .row = row,
+                                      .user = rows};
+    return vit_upload_run(gl, &upload, progress);
+}
+
+static GLuint make_texture(struct vit_gl *gl, GLenum target, const char *what)
+{
+    GLuint texture = 0;
+    if (!vit_fault())
+        glGenTextures(1, &texture);
+    if (!texture)
+        vit_error(vit_gl_log(gl), "%s: GL gives no texture", what);
+    glBindTexture(target, texture);
+    return texture;
+}
+
+static void set_filter(GLenum target, bool linear)
+{
+    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    if (target == GL_TEXTURE_3D)
+        glTexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
+static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_format, bool linear,
+                        const struct vit_plan *plan)
+{
+    *texture = make_texture(gl, GL_TEXTURE_3D, "light");
+    if (!*texture)
+        return false;
+    glTexStorage3D(GL_TEXTURE_3D, 1, internal_format, (GLsizei)plan->n[0], (GLsizei)plan->n[1], (GLsizei)plan->n[2]);
+    set_filter(GL_TEXTURE_3D, linear);
+    char where[128];
+    snprintf(where, sizeof where, "light texture of %zu x %zu x %zu (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],
+             (double)plan->light.bytes / 1048576);
+    return vit_gl_check(gl, where);
+}
+
+/* Body and shine of every direction; under coloured lights shine has a table of its own below body's. */
+static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade)
+{
+    size_t entries = vit_sphere_count(shade->sphere) + 1, rows = (entries + TABLE_WIDTH - 1) / TABLE_WIDTH;
+    size_t channels = shade->grey ? 2 : 4, height = shade->grey ? rows : 2 * rows, half = rows * TABLE_WIDTH;
+    GLenum layout = shade->grey ? GL_RG : GL_RGBA;
+    float *texels = vit_alloc_zero(height * TABLE_WIDTH, channels * sizeof *texels);
+    if (!texels) {
+        vit_error(vit_gl_log(gl), "out of memory for a table of %zu directions", entries);
+        return false;
+    }
+    for (size_t i = 0; i < entries; i++) {
+        const struct vit_lit *lit = &shade->table[i];
+        if (shade->grey) {
+            texels[2 * i] = lit->body[0];
+            texels[2 * i + 1] = lit->shine[0];
+            continue;
+        }
+        memcpy(texels + 4 * i, lit->body, sizeof lit->body);
+        memcpy(texels + 4 * (half + i), lit->shine, sizeof lit->shine);
+    }
+    if (light->second) {
+        glBindTexture(GL_TEXTURE_2D, light->second);
+    } else {
+        light->second = make_texture(gl, GL_TEXTURE_2D, "table of directions");
+        if (light->second)
+            glTexStorage2D(GL_TEXTURE_2D, 1, shade->grey ? GL_RG32F : GL_RGBA32F, TABLE_WIDTH, (GLsizei)height);
+        set_filter(GL_TEXTURE_2D, false);
+    }
+    if (light->second)
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, (GLsizei)height, layout, GL_FLOAT, texels);
+    vit_free(texels);
+    return light->second && vit_gl_check(gl, "table of directions");
+}
+
+/* Textures of another format, size or number of directions are made anew. */
+static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *shade)
+{
+    const unsigned light = VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) |
+                           VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_FACTOR);
+    unsigned features = plan->features & light;
+    size_t directions = vit_sphere_count(shade->sphere);
+    uint64_t hash = vit_hash_bytes(VIT_HASH_START, &features, sizeof features);
+    return vit_hash_bytes(hash, &directions, sizeof directions);
+}
+
+static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
+                 const struct vit_plan *plan, const struct format *format, const struct vit_progress *progress)
+{
+    static const struct format all = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
+    const struct rows rows = {shade, plan, format->bytes};
+    glBindTexture(GL_TEXTURE_3D, light->texture);
+    if (has(plan, VIT_FEATURE(LIGHT_INDEX))) {
+        bool good = light->index_from == shade->surface_from || send_rows(gl, &rows, format, index_row, progress);
+        light->index_from = good ? shade->surface_from : 0;
+        return good && send_table(gl, light, shade);
+    }
+    if (!send_rows(gl, &rows, format, light_row, progress))
+        return false;
+    glBindTexture(GL_TEXTURE_3D, light->second);
+    return !light->second || send_rows(gl, &rows, &all, shine_row, progress);
+}
+
+bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
+                         const struct vit_plan *plan, const struct vit_progress *progress)
+{
+    if (!has(plan, VIT_FEATURE(LIGHT)))
+        return true;
+    uint64_t shape = shape_of(plan, shade);
+    bool index = has(plan, VIT_FEATURE(LIGHT_INDEX));
+    bool second = !index && has(plan, VIT_FEATURE(LIGHT_COLOR)) && has(plan, VIT_FEATURE(LIGHT_SHINE));
+    bool linear = !index && plan->filter == VIT_FILTER_LINEAR;
+    const struct format format = format_of(plan);
+    if (light->texture && light->shape != shape)
+        vit_light3d_clear(light);
+    if (!light->texture && (!make_volume(gl, &light->texture, format.internal_format, linear, plan) ||
+                            (second && !make_volume(gl, &light->second, GL_RGBA8, linear, plan))))
+        goto fail;
+    light->shape = shape;
+    light->bytes = plan->light.bytes;
+    for (int i = 0; i < 2 && !index; i++) {
+        glBindTexture(GL_TEXTURE_3D, i ? light->second : light->texture);
+        set_filter(GL_TEXTURE_3D, linear);
+    }
+    if (light->made_from == shade->table_from || (light->made_from && plan->light.stays))
+        return true;
+    if (!fill(gl, light, shade, plan, &format, progress) || !vit_gl_check(gl, "light"))
+        goto fail;
+    light->made_from = shade->table_from;
+    return true;
+fail:
+    vit_light3d_clear(light);
+    return false;
+}
+
+void vit_light3d_clear(struct vit_light3d *light)
+{
+    glDeleteTextures(1, &light->texture);
+    glDeleteTextures(1, &light->second);
+    *light = (struct vit_light3d){0};
+}

@@ -1,0 +1,225 @@
+/* What every voxel reflects, on the CPU (VGK96): the number of its direction, made once for a volume; a table of what
+ * the directions look like, made for every view; rows of voxels lit by it. */
+#include <math.h>
+#include <string.h>
+
+#include "render_private.h"
+
+static uint64_t hash_directions(const struct vit_plan *plan)
+{
+    const struct vit_light_model *model = &plan->light.model;
+    uint64_t hash = vit_hash_transfer(VIT_HASH_START, plan->transfer); /* says which bricks are wanted */
+    hash = vit_hash_bytes(hash, &plan->classify, sizeof plan->classify);
+    hash = vit_hash_bytes(hash, &model->kernel, sizeof model->kernel);
+    hash = vit_hash_bytes(hash, &model->sphere, sizeof model->sphere);
+    return vit_hash_bytes(hash, &model->subdivision, sizeof model->subdivision);
+}
+
+static uint64_t hash_surface(const struct vit_plan *plan, uint64_t hash)
+{
+    const struct vit_light_model *model = &plan->light.model;
+    hash = vit_hash_bytes(hash, &model->boundary_count, sizeof model->boundary_count);
+    hash = vit_hash_bytes(hash, model->boundaries, model->boundary_count * sizeof *model->boundaries);
+    return vit_hash_bytes(hash, model->gradient_opacity,
+                          model->gradient_opacity_count * sizeof *model->gradient_opacity);
+}
+
+static uint64_t hash_table(const struct vit_plan *plan, uint64_t hash)
+{
+    const struct vit_lighting *lighting = &plan->light.model.lighting;
+    const struct vit_material *m = &plan->light.model.material;
+    const double numbers[] = {m->ambient, m->diffuse, m->specular, m->power, m->two_sided ? 1 : 0};
+    size_t count = (size_t)lighting->count;
+    hash = vit_hash_bytes(hash, numbers, sizeof numbers);
+    hash = vit_hash_bytes(hash, lighting->toward_light, count * sizeof lighting->toward_light[0]);
+    hash = vit_hash_bytes(hash, lighting->halfway, count * sizeof lighting->halfway[0]);
+    return vit_hash_bytes(hash, lighting->color, count * sizeof lighting->color[0]);
+}
+
+static size_t bricks_of(const struct vit_volume *volume)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    return stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
+}
+
+static bool make_directions(struct vit_shade *shade, const struct vit_volume *volume, const struct vit_plan *plan,
+                            const struct vit_log *log, const struct vit_progress *progress)
+{
+    const struct vit_light_model *model = &plan->light.model;
+    struct vit_normals_params params = vit_normals_params_default();
+    size_t voxels = plan->n[0] * plan->n[1] * plan->n[2];
+    shade->sphere = vit_sphere_create(model->sphere, model->subdivision, log);
+    shade->wanted = vit_alloc(bricks_of(volume), 1);
+    shade->index = vit_alloc(voxels, sizeof *shade->index);
+    if (!shade->sphere)
+        return false;
+    if (!shade->wanted || !shade->index || !vit_plan_lit_bricks(plan, volume, shade->wanted)) {
+        vit_error(log, "out of memory for the directions of %zu voxels", voxels);
+        return false;
+    }
+    params.kernel = model->kernel;
+    params.brick_wanted = shade->wanted;
+    return vit_normals_fill(volume, shade->sphere, &params, shade->index, NULL, log, progress);
+}
+
+static bool make_surface(struct vit_shade *shade, const struct vit_volume *volume, const struct vit_plan *plan,
+                         const struct vit_log *log, const struct vit_progress *progress)
+{
+    const struct vit_light_model *model = &plan->light.model;
+    size_t voxels = plan->n[0] * plan->n[1] * plan->n[2];
+    bool weight = model->boundary_count > 0, factor = model->gradient_opacity_count > 0;
+    vit_free(shade->weight);
+    vit_free(shade->factor);
+    shade->weight = weight ? vit_alloc(voxels, 1) : NULL;
+    shade->factor = factor ? vit_alloc(voxels, 1) : NULL;
+    if ((weight && !shade->weight) || (factor && !shade->factor)) {
+        vit_error(log, "out of memory for the surfaces of %zu voxels", voxels);
+        return false;
+    }
+    const struct vit_surface_params params = {shade->wanted, plan->light.weight_max, plan->light.factor_max};
+    return !(weight || factor) || vit_surface_fill(volume, model, &params, shade->weight, shade->factor, log, progress);
+}
+
+/* Channels of a direction in `scaled`: body less ambient, and shine. */
+static void scale_table(struct vit_shade *shade, const struct vit_plan *plan)
+{
+    const struct vit_plan_light *light = &plan->light;
+    double weight = shade->weight ? light->weight_max / 255 : 1;
+    float body = (float)(255 * weight / light->body_max), shine = (float)(255 * weight / light->shine_max);
+    float ambient = (float)light->model.material.ambient;
+    int channels = shade->grey ? 1 : 3;
+    float *out = shade->scaled;
+    for (size_t i = 0; i <= vit_sphere_count(shade->sphere); i++, out += 2 * (size_t)channels)
+        for (int c = 0; c < channels; c++) {
+            out[c] = (shade->table[i].body[c] - ambient) * body;
+            out[channels + c] = shade->table[i].shine[c] * shine;
+        }
+}
+
+static bool make_table(struct vit_shade *shade, const struct vit_plan *plan, const struct vit_log *log)
+{
+    size_t entries = vit_sphere_count(shade->sphere) + 1;
+    if (!shade->table)
+        shade->table = vit_alloc(entries, sizeof *shade->table);
+    if (!shade->scaled)
+        shade->scaled = vit_alloc(entries, 6 * sizeof *shade->scaled);
+    if (!shade->table || !shade->scaled) {
+        vit_error(log, "out of memory for a table of %zu directions", entries);
+        return false;
+    }
+    shade->grey = vit_lighting_is_grey(&plan->light.model.lighting);
+    vit_material_table_fill(shade->sphere, &plan->light.model.material, &plan->light.model.lighting, shade->table);
+    scale_table(shade, plan);
+    return true;
+}
+
+bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
+                       const struct vit_plan *plan, const struct vit_progress *progress)
+{
+    if (!plan->light.on)
+        return true;
+    const struct vit_log *log = vit_gl_log(gl);
+    uint64_t directions = hash_directions(plan), surface = hash_surface(plan, directions);
+    uint64_t table = hash_table(plan, surface);
+    if (shade->directions_from != directions) {
+        vit_shade_clear(shade);
+        if (!make_directions(shade, volume, plan, log, progress))
+            goto fail;
+        shade->directions_from = directions;
+    }
+    if (shade->surface_from != surface && !make_surface(shade, volume, plan, log, progress))
+        goto fail;
+    shade->surface_from = surface;
+    if (shade->table_from != table && !make_table(shade, plan, log))
+        goto fail;
+    shade->table_from = table;
+    return true;
+fail:
+    vit_shade_clear(shade);
+    return false;
+}
+
+/* ---- rows ------------------------------------------------------------------------------------------------------- */
+
+static inline unsigned char round_byte(float value)
+{
+    return (unsigned char)(value < 255 ? value + 0.5F : 255);
+}
+
+/* The commonest case, grey without boundaries: a look-up and a move. */
+static void plain_row(const struct vit_shade *shade, float ambient, const uint16_t *index, size_t count,
+                      size_t channels, unsigned char *out)
+{
+    const float *scaled = shade->scaled;
+    for (size_t i = 0; i < count; i++, out += channels) {
+        out[0] = round_byte(ambient + scaled[2 * (size_t)index[i]]);
+        if (channels > 1)
+            out[1] = round_byte(scaled[2 * (size_t)index[i] + 1]);
+    }
+}
+
+void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
+                   size_t channels, unsigned char *out)
+{
+    const float ambient = (float)(255 * plan->light.model.material.ambient / plan->light.body_max);
+    const uint16_t *index = shade->index + first;
+    if (shade->grey && !shade->weight && channels <= 2) {
+        plain_row(shade, ambient, index, count, channels, out);
+        return;
+    }
+    for (size_t i = 0; i < count; i++, out += channels) {
+        const float weight = shade->weight ? shade->weight[first + i] : 1;
+        const float *scaled = shade->scaled + (size_t)index[i] * (shade->grey ? 2 : 6);
+        unsigned char factor = shade->factor ? shade->factor[first + i] : 255;
+        out[0] = round_byte(ambient + weight * scaled[0]);
+        if (shade->grey && channels > 1)
+            out[1] = round_byte(weight * scaled[1]);
+        if (shade->grey && channels > 2) {
+            out[2] = factor;
+            out[3] = 0;
+        }
+        if (!shade->grey) {
+            out[1] = round_byte(ambient + weight * scaled[1]);
+            out[2] = round_byte(ambient + weight * scaled[2]);
+            out[3] = factor;
+        }
+    }
+}
+
+void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out)
+{
+    for (size_t i = 0; i < count; i++, out += 4) {
+        const float weight = shade->weight ? shade->weight[first + i] : 1;
+        const float *scaled = shade->scaled + (size_t)shade->index[first + i] * 6 + 3;
+        for (int c = 0; c < 3; c++)
+            out[c] = round_byte(weight * scaled[c]);
+        out[3] = 0;
+    }
+}
+
+struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel)
+{
+    const struct vit_lit *lit = &shade->table[shade->index[voxel]];
+    const float ambient = (float)plan->light.model.material.ambient;
+    const float weight = shade->weight ? (float)(shade->weight[voxel] * plan->light.weight_max / 255) : 1;
+    struct vit_voxel_light light = {.factor = 1};
+    if (shade->factor)
+        light.factor = (float)(shade->factor[voxel] * plan->light.factor_max / 255);
+    for (int c = 0; c < 3; c++) {
+        light.body[c] = ambient + weight * (lit->body[c] - ambient);
+        light.shine[c] = weight * lit->shine[c];
+    }
+    return light;
+}
+
+void vit_shade_clear(struct vit_shade *shade)
+{
+    vit_sphere_destroy(&shade->sphere);
+    vit_free(shade->table);
+    vit_free(shade->scaled);
+    vit_free(shade->index);
+    vit_free(shade->weight);
+    vit_free(shade->factor);
+    vit_free(shade->wanted);
+    *shade = (struct vit_shade){0};
+}
