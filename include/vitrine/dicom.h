@@ -9,6 +9,36 @@
 extern "C" {
 #endif
 
+/* Warnings: X(enumerator, stable identifier, what it means). A warning of a stack is "identifier: details". */
+#define VIT_DICOM_WARNINGS(X)                                                                                          \
+    X(BITS_MENDED, "bits-mended", "the codestream holds another number of bits than BitsStored says; it is believed")  \
+    X(DUPLICATE_FILES, "duplicate-files", "identical copies of slices were left out")                                  \
+    X(GANTRY_TILT, "gantry-tilt", "slice positions run off the slice normal: drawn as a sheared volume")               \
+    X(LOCALIZER, "localizer", "a scout image, not a cross section; never taken by default beside a CT")                \
+    X(LOSSY, "lossy", "pixels were compressed with loss")                                                              \
+    X(MONOCHROME1, "monochrome1", "MONOCHROME1: mirrored so that bright means more, except where values are HU")       \
+    X(NOT_HU, "not-hu", "values of this CT are not marked as Hounsfield units")                                        \
+    X(ORIENTATION_MISSING, "orientation-missing", "a single slice without ImageOrientationPatient; taken as axial")    \
+    X(PHASES_BY_TIME, "phases-by-time", "slices at the same places were told apart by time alone")                     \
+    X(POSITION_MISSING, "position-missing", "a single slice without ImagePositionPatient; placed at the origin")       \
+    X(RESCALE_MISSING, "rescale-missing", "no RescaleSlope and RescaleIntercept; stored values are taken as HU")       \
+    X(RESCALE_REQUANTISED, "rescale-requantised", "rescale values of the slices have no common step; rounded")         \
+    X(RESCALE_VARIES, "rescale-varies", "slices have different rescale values; brought exactly to one")                \
+    X(SIGN_MENDED, "sign-mended", "the codestream's sign is not what PixelRepresentation says")                        \
+    X(SLICE_GAPS, "slice-gaps", "slices are thinner than the distance between them; what lies between is unknown")     \
+    X(SLICES_MISSING, "slices-missing", "missing slices were interpolated, few enough; the text says which")           \
+    X(SPACING_FROM_THICKNESS, "spacing-from-thickness", "a single slice; its extent is taken from SliceThickness")     \
+    X(SPACING_UNEVEN, "spacing-uneven", "resampled onto even steps; the text says where data was made up")             \
+    X(SPACING_UNKNOWN, "spacing-unknown", "a single slice without SliceThickness; taken as 1 mm")                      \
+    X(TILT_TAG, "tilt-tag", "GantryDetectorTilt and the slice positions disagree; the positions are believed")         \
+    X(VALUES_QUANTISED, "values-quantised", "pixels of 32 or 64 bits were rounded to even steps")
+
+/* The table of the above; id NULL ends. */
+struct vit_dicom_warning {
+    const char *id, *help;
+};
+extern const struct vit_dicom_warning vit_dicom_warnings[];
+
 /* One stack: slices of one series with the same orientation, matrix and acquisition, ordered along the slice normal. */
 struct vit_dicom_stack {
     const char *series_uid;      /* never shown unless asked for: it may identify */
@@ -17,7 +47,9 @@ struct vit_dicom_stack {
     const char *modality;        /* "CT", … */
     const char *plane;           /* "axial", "coronal", "sagittal", "oblique" */
     const char *transfer_syntax; /* readable name of the first file's */
-    size_t slices;
+    const char *label;           /* what tells it from others of its series ("acquisition 2"), or "" */
+    size_t slices;               /* images that it is made of; info.n[2] may be more */
+    size_t interpolated;         /* slices of the volume that no image holds (spacing-uneven, slices-missing) */
     struct vit_volume_info info; /* what vit_dicom_stack_read will deliver */
     double slice_thickness_mm;   /* the tag, for information only; 0 when absent */
     bool readable;               /* false: refused says why, in one line */

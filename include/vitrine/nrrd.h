@@ -38,6 +38,7 @@ struct vit_nrrd_header {
     struct vit_mat4 lps_mm_from_index;
     double slope,
         intercept; /* value = slope·sample + intercept; 1, 0 unless key/value `vitrine slope/intercept` say so */
+    bool not_hu;   /* key/value `vitrine is_hu:=false`: values are no Hounsfield units */
 };
 
 /* An opened file: header parsed and checked (sizes consistent with the file, no absurd products). */

@@ -62,12 +62,14 @@ static json_t *dicom_json(const struct entry *entry, bool verbose)
     for (const char *const *warning = stack->warnings; warning && *warning; warning++)
         json_array_append_new(warnings, app_json_string(*warning));
     json_t *object = json_pack(
-        "{s:I, s:b, s:i, s:i, s:o, s:o, s:o, s:I, s:o, s:b, s:o, s:o}", "number", (json_int_t)entry->number, "chosen",
-        entry->chosen, "series_number", stack->series_number, "acquisition_number", stack->acquisition_number,
-        "modality", app_json_string(stack->modality), "plane", app_json_string(stack->plane), "transfer_syntax",
-        app_json_string(stack->transfer_syntax), "slices", (json_int_t)stack->slices, "slice_thickness_mm",
-        app_json_number(stack->slice_thickness_mm > 0.0 ? stack->slice_thickness_mm : NAN), "readable", stack->readable,
-        "refused", app_json_string(stack->readable ? NULL : stack->refused), "warnings", warnings);
+        "{s:I, s:b, s:o, s:I, s:i, s:i, s:o, s:o, s:o, s:I, s:o, s:b, s:o, s:o}", "number", (json_int_t)entry->number,
+        "chosen", entry->chosen, "label", app_json_string(stack->label[0] ? stack->label : NULL), "interpolated",
+        (json_int_t)stack->interpolated, "series_number", stack->series_number, "acquisition_number",
+        stack->acquisition_number, "modality", app_json_string(stack->modality), "plane", app_json_string(stack->plane),
+        "transfer_syntax", app_json_string(stack->transfer_syntax), "slices", (json_int_t)stack->slices,
+        "slice_thickness_mm", app_json_number(stack->slice_thickness_mm > 0.0 ? stack->slice_thickness_mm : NAN),
+        "readable", stack->readable, "refused", app_json_string(stack->readable ? NULL : stack->refused), "warnings",
+        warnings);
     if (object && verbose) /* an UID can lead to a person: only where it is asked for */
         json_object_set_new(object, "series_uid", app_json_string(stack->series_uid));
     return object;
@@ -103,8 +105,9 @@ static void entry_print(const struct entry *entry, bool verbose)
     char geometry[128];
     app_geometry_text(info, geometry, sizeof geometry);
     if (stack)
-        printf("stack %zu%s: %s %s, %zu slices, series %d, %s\n", entry->number, entry->chosen ? " (taken)" : "",
-               stack->modality, stack->plane, stack->slices, stack->series_number, stack->transfer_syntax);
+        printf("stack %zu%s: %s %s, %zu slices, series %d%s%s, %s\n", entry->number, entry->chosen ? " (taken)" : "",
+               stack->modality, stack->plane, stack->slices, stack->series_number, stack->label[0] ? ", " : "",
+               stack->label, stack->transfer_syntax);
     if (stack && verbose)
         printf("  series UID %s\n", stack->series_uid);
     if (stack && !stack->readable) {

@@ -65,6 +65,17 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
     }
 }
 
+/* Presets speak of HU; a volume in other units is drawn by them all the same, but not silently. */
+static void warn_of_units(struct app *app, const struct app_scene *scene)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(scene->volume);
+    if (!vit_volume_get_info(scene->volume)->is_hu)
+        vit_warn(&app->log,
+                 "preset %s is made for HU, but the values of this volume are stored units (%g to %g); its points are "
+                 "taken as those: --set transfer.points=[…] gives others",
+                 scene->preset->name, stats->hu_min, stats->hu_max);
+}
+
 static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const struct vit_view *view)
 {
     enum vit_exit status = VIT_EXIT_DONE;
@@ -86,6 +97,7 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const 
     if (!scene->volume)
         return VIT_EXIT_INPUT;
     scene->load_ms = app_ms_since(start);
+    warn_of_units(app, scene);
     return app_scene_plan(scene, app, view);
 }
 

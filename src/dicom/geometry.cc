@@ -1,5 +1,5 @@
 /* Where the slices of one stack lie: order along the normal, steps measured from positions (never from
- * SliceThickness), the matrix, and what is refused. PS3.3 C.7.6.2.1.1.
+ * SliceThickness), the matrix, and what is refused. Uneven steps: uneven.cc. PS3.3 C.7.6.2.1.1.
  * A tilted gantry needs no resampling: the third column of the matrix is the measured step, which then is not parallel
  * to the slice normal, and the volume is a sheared box. */
 #include "dicom_private.h"
@@ -46,63 +46,111 @@ double median_gap(const std::vector<const Slice *> &slices)
     return gaps[gaps.size() / 2];
 }
 
-std::string describe_uneven(const std::vector<const Slice *> &slices, size_t k, double gap)
-{
-    double median = median_gap(slices), times = median > 0 ? gap / median : 0;
-    std::string between = "between " + file_name(slices[k - 1]->path) + " and " + file_name(slices[k]->path);
-    long missing = std::lround(times) - 1;
-    if (missing >= 1 && std::fabs(times - double(missing + 1)) < 0.05)
-        return format("%ld slice%s missing %s (gap %.4g mm where %.4g mm is usual)", missing, missing == 1 ? "" : "s",
-                      between.c_str(), gap, median);
-    return format("slices are not evenly spaced: %.4g mm %s where %.4g mm is usual; not supported yet", gap,
-                  between.c_str(), median);
-}
-
 /* The step of one slice when there is no second to measure. */
 double single_step(Stack &stack, const Slice &slice)
 {
     if (slice.between_mm > 0)
         return slice.between_mm;
     if (slice.thickness_mm > 0) {
-        stack.warnings.push_back(
-            format("spacing-from-thickness: a single slice; its extent is taken from SliceThickness (%g mm)",
-                   slice.thickness_mm));
+        warn(stack, Warning::SPACING_FROM_THICKNESS, "a single slice; its extent is taken from SliceThickness (%g mm)",
+             slice.thickness_mm);
         return slice.thickness_mm;
     }
-    stack.warnings.push_back("spacing-unknown: a single slice without SliceThickness; taken as 1 mm");
+    warn(stack, Warning::SPACING_UNKNOWN, "a single slice without SliceThickness; taken as 1 mm");
     return 1;
 }
 
-void warn_tilt(Stack &stack, const vit_vec3 &step)
+double tilt_of(const vit_vec3 &step, const vit_vec3 &normal)
+{
+    double along = vit_vec3_dot(step, normal);
+    return std::atan2(vit_vec3_length(vit_vec3_sub(step, vit_vec3_scale(normal, along))), along) * 180 / PI;
+}
+
+/* The tag's sign has no agreed meaning (PS3.3 C.8.2.1), so only its size is held against the positions. */
+void check_tilt_tag(Stack &stack, double degrees)
 {
     const Slice &first = *stack.slices.front();
-    double along = vit_vec3_dot(step, first.normal);
-    vit_vec3 across = vit_vec3_sub(step, vit_vec3_scale(first.normal, along));
-    double degrees = std::atan2(vit_vec3_length(across), along) * 180 / PI;
+    double tag = std::fabs(first.tilt_degrees);
+    if (first.has_tilt && tag < 90 && std::fabs(tag - degrees) > 0.5)
+        warn(stack, Warning::TILT_TAG,
+             "GantryDetectorTilt (0018,1120) is %g, slice positions run %.2f degrees off the "
+             "slice normal; the positions are believed",
+             first.tilt_degrees, degrees);
+}
+
+/* The third column: step_mm along the normal, and whatever the positions say across it. */
+vit_vec3 stack_step(Stack &stack, double step_mm)
+{
+    const Slice &first = *stack.slices.front();
+    const size_t count = stack.slices.size();
+    if (count == 1)
+        return vit_vec3_scale(first.normal, single_step(stack, first));
+    const vit_vec3 mean = mean_step(stack.slices), straight = vit_vec3_scale(first.normal, step_mm);
+    const double along = vit_vec3_dot(mean, first.normal);
+    const vit_vec3 across = vit_vec3_sub(mean, vit_vec3_scale(first.normal, along));
+    const double drift = vit_vec3_length(across) * double(count - 1);
+    double degrees = tilt_of(mean, first.normal);
+    if (drift <= 0.1 * std::min(first.spacing_mm[0], first.spacing_mm[1])) {
+        check_tilt_tag(stack, 0);
+        return straight; /* rounding of the positions' text */
+    }
     if (degrees > STEEPEST_TILT_DEGREES)
         stack.refused =
             format("slices are shifted sideways: their positions run %.0f degrees off the slice normal", degrees);
     else
-        stack.warnings.push_back(
-            format("gantry-tilt: slice positions run %.2f degrees off the slice normal; drawn as a "
-                   "sheared volume, from positions",
-                   degrees));
+        warn(stack, Warning::GANTRY_TILT,
+             "slice positions run %.2f degrees off the slice normal; drawn as a sheared volume, from positions",
+             degrees);
+    check_tilt_tag(stack, degrees);
+    return vit_vec3_add(straight, vit_vec3_scale(across, step_mm / along));
 }
 
-/* The third column. */
-vit_vec3 stack_step(Stack &stack)
+/* How far the positions are from a straight line, across the normal, where they are on it along the normal. */
+double off_line(const std::vector<const Slice *> &slices)
 {
-    const Slice &first = *stack.slices.front();
-    size_t count = stack.slices.size();
+    const vit_vec3 step = mean_step(slices), normal = slices.front()->normal, origin = slices.front()->position;
+    const double along = vit_vec3_dot(step, normal);
+    double worst = 0;
+    for (const Slice *slice : slices) {
+        double place = place_mm(*slice, *slices.front());
+        vit_vec3 line = vit_vec3_add(origin, vit_vec3_scale(step, place / along));
+        vit_vec3 off = vit_vec3_sub(slice->position, line);
+        worst = std::max(worst, vit_vec3_length(vit_vec3_sub(off, vit_vec3_scale(normal, vit_vec3_dot(off, normal)))));
+    }
+    return worst;
+}
+
+void warn_gaps(Stack &stack, double step_mm)
+{
+    double thickness = stack.slices.front()->thickness_mm;
+    if (thickness > 0 && step_mm > 1.5 * thickness && stack.origins.empty())
+        warn(stack, Warning::SLICE_GAPS, "slices of %g mm every %.4g mm; what lies between them was not measured",
+             thickness, step_mm);
+}
+
+/* Distance of the volume's slices along the normal; 0 when refused. */
+double measure_step(Stack &stack)
+{
+    const std::vector<const Slice *> &slices = stack.slices;
+    const size_t count = slices.size();
     if (count == 1)
-        return vit_vec3_scale(first.normal, single_step(stack, first));
-    vit_vec3 step = mean_step(stack.slices);
-    double along = vit_vec3_dot(step, first.normal);
-    vit_vec3 straight = vit_vec3_scale(first.normal, along);
-    double drift = vit_vec3_length(vit_vec3_sub(step, straight)) * double(count - 1);
-    if (drift <= 0.1 * std::min(first.spacing_mm[0], first.spacing_mm[1]))
-        return straight; /* rounding of the positions' text */
-    warn_tilt(stack, step);
+        return 1;
+    size_t twice = find_duplicate(slices);
+    if (twice < count) {
+        stack.refused = format("%s and %s lie at the same position but differ, and nothing tells their acquisitions "
+                               "apart",
+                               slice_name(*slices[twice]).c_str(), slice_name(*slices[twice + 1]).c_str());
+        return 0;
+    }
+    const double usual = median_gap(slices), off = off_line(slices);
+    double step = vit_vec3_dot(mean_step(slices), slices.front()->normal);
+    if (off > std::max(lattice_tolerance(usual), 0.1 * slices.front()->spacing_mm[0])) {
+        stack.refused = format("slices are shifted sideways unevenly, by up to %.4g mm", off);
+        return 0;
+    }
+    if (!is_even(slices) && !make_lattice(stack, step))
+        return 0;
+    warn_gaps(stack, step);
     return step;
 }
 
@@ -138,36 +186,18 @@ size_t find_duplicate(const std::vector<const Slice *> &slices)
     return slices.size();
 }
 
-bool is_even(const std::vector<const Slice *> &slices, std::string *why)
+bool is_even(const std::vector<const Slice *> &slices)
 {
     if (slices.size() < 3)
         return true;
     const vit_vec3 step = mean_step(slices), normal = slices.front()->normal;
     const double usual = median_gap(slices), mean = vit_vec3_dot(step, normal);
-    size_t worst = 1;
-    double worst_gap = 0, off_along = 0, off_across = 0;
+    double off_gap = 0, off_along = 0;
     for (size_t k = 1; k < slices.size(); k++) {
-        double gap = place_mm(*slices[k], *slices[k - 1]);
-        if (std::fabs(gap - usual) > std::fabs(worst_gap - usual) || k == 1) {
-            worst = k;
-            worst_gap = gap;
-        }
-        vit_vec3 lattice = vit_vec3_add(slices[0]->position, vit_vec3_scale(step, double(k)));
-        vit_vec3 off = vit_vec3_sub(slices[k]->position, lattice);
-        double along = vit_vec3_dot(off, normal);
-        off_along = std::max(off_along, std::fabs(along));
-        off_across = std::max(off_across, vit_vec3_length(vit_vec3_sub(off, vit_vec3_scale(normal, along))));
+        off_gap = std::max(off_gap, std::fabs(place_mm(*slices[k], *slices[k - 1]) - mean));
+        off_along = std::max(off_along, std::fabs(place_mm(*slices[k], *slices[0]) - double(k) * mean));
     }
-    std::string text;
-    if (std::fabs(worst_gap - mean) > gap_tolerance(usual))
-        text = describe_uneven(slices, worst, worst_gap);
-    else if (off_along > lattice_tolerance(usual))
-        text = format("slices are not evenly spaced: they drift %.4g mm off even steps; not supported yet", off_along);
-    else if (off_across > std::max(lattice_tolerance(usual), 0.1 * slices.front()->spacing_mm[0]))
-        text = format("slices are shifted sideways unevenly, by up to %.4g mm", off_across);
-    if (why)
-        *why = text;
-    return text.empty();
+    return off_gap <= gap_tolerance(usual) && off_along <= lattice_tolerance(usual);
 }
 
 void geometry(Stack &stack)
@@ -185,24 +215,18 @@ void geometry(Stack &stack)
             stack.refused =
                 format("%s is missing in %s, one of %zu slices",
                        slice->has_position ? "ImageOrientationPatient (0020,0037)" : "ImagePositionPatient (0020,0032)",
-                       file_name(slice->path).c_str(), count);
+                       slice_name(*slice).c_str(), count);
             return;
         }
-    size_t twice = count > 1 ? find_duplicate(stack.slices) : count;
-    if (twice < count) {
-        stack.refused =
-            format("%s and %s lie at the same position, and nothing tells their acquisitions apart",
-                   file_name(stack.slices[twice]->path).c_str(), file_name(stack.slices[twice + 1]->path).c_str());
-        return;
-    }
-    if (!is_even(stack.slices, &stack.refused))
+    double step_mm = measure_step(stack);
+    if (step_mm == 0)
         return;
     if (!first.has_position)
-        stack.warnings.push_back("position-missing: a single slice without ImagePositionPatient; placed at the origin");
+        warn(stack, Warning::POSITION_MISSING, "a single slice without ImagePositionPatient; placed at the origin");
     if (!first.has_orientation)
-        stack.warnings.push_back("orientation-missing: a single slice without ImageOrientationPatient; taken as axial");
+        warn(stack, Warning::ORIENTATION_MISSING, "a single slice without ImageOrientationPatient; taken as axial");
     vit_vec3 columns[3] = {vit_vec3_scale(first.row, first.spacing_mm[1]),
-                           vit_vec3_scale(first.column, first.spacing_mm[0]), stack_step(stack)};
+                           vit_vec3_scale(first.column, first.spacing_mm[0]), stack_step(stack, step_mm)};
     for (int c = 0; c < 3; c++) {
         info.lps_mm_from_vox.m[0][c] = columns[c].x;
         info.lps_mm_from_vox.m[1][c] = columns[c].y;

@@ -1,17 +1,18 @@
-/* One file's header into a Slice: attributes up to the pixel data, never the pixels. Everything a later step relies on
- * is checked here, above all that the pixel data can be as large as Rows and Columns claim, before anybody allocates
- * by them. Attributes: DICOM PS3.3 C.7.6.2, C.7.6.3, C.8.2.1; pixel cells: PS3.5 section 8. */
+/* One file's header into Slices, one a frame: attributes up to the pixel data, never the pixels (but for cells whose
+ * range must be measured). Everything a later step relies on is checked here, above all that the pixel data can be as
+ * large as Rows, Columns and NumberOfFrames claim, before anybody allocates by them. */
 #include "dcmtk/config/osconfig.h"
 
 #include "dcmtk/dcmdata/dccodec.h"
 #include "dcmtk/dcmdata/dcdeftag.h"
+#include "dcmtk/dcmdata/dcelem.h"
 #include "dcmtk/dcmdata/dcfilefo.h"
 #include "dcmtk/dcmdata/dcistrmf.h"
 #include "dcmtk/dcmdata/dcmetinf.h"
 #include "dcmtk/dcmdata/dcuid.h"
 #include "dcmtk/dcmdata/dcxfer.h"
 
-#include "dicom_private.h"
+#include "fields_private.h"
 
 #include <cmath>
 #include <cstring>
@@ -23,204 +24,52 @@ namespace vitdicom {
 
 namespace {
 
+/* Transfer syntaxes that DCMTK 3.6.7 does not know by name, none of them supported. */
+const struct {
+    const char *uid, *name;
+} unknown_syntaxes[] = {
+    {"1.2.840.10008.1.2.4.201", "HTJ2K (High-Throughput JPEG 2000), lossless only"},
+    {"1.2.840.10008.1.2.4.202", "HTJ2K (High-Throughput JPEG 2000), lossless only, RPCL"},
+    {"1.2.840.10008.1.2.4.203", "HTJ2K (High-Throughput JPEG 2000)"},
+    {"1.2.840.10008.1.2.4.204", "JPIP HTJ2K referenced"},
+    {"1.2.840.10008.1.2.4.205", "JPIP HTJ2K referenced deflate"},
+    {"1.2.840.10008.1.2.4.110", "JPEG XL lossless"},
+    {"1.2.840.10008.1.2.4.111", "JPEG XL JPEG recompression"},
+    {"1.2.840.10008.1.2.4.112", "JPEG XL"},
+    {"1.2.840.10008.1.2.8.1", "deflated image frame compression"},
+};
+
 /* Least number of samples that one byte of the coded form must stand for no more than: a bound from the format, so
  * that a few hundred bytes cannot claim a picture of gigabytes. RLE: two bytes for 128.
- * JPEG DCT: one bit per 64 samples and scan; JPEG lossless: one bit a sample; JPEG-LS: one bit per 2^15 (run mode). */
-double most_samples_per_byte(const DcmXfer &xfer)
+ * JPEG DCT: one bit per 64 samples and scan; JPEG lossless: one bit a sample; JPEG-LS: one bit per 2^15 (run mode);
+ * JPEG 2000 has no such bound (an empty packet covers 2^30), so it is held to that of JPEG-LS. */
+double most_samples_per_byte(Coding coding)
 {
-    switch (xfer.getXfer()) {
-    case EXS_RLELossless:
+    switch (coding) {
+    case Coding::rle:
         return 64;
-    case EXS_JPEGLSLossless:
-    case EXS_JPEGLSLossy:
+    case Coding::jpeg_ls:
+    case Coding::jpeg2000:
         return 8.0 * 32768;
     default:
         return 8.0 * 64;
     }
 }
 
-std::string text_of(DcmItem &item, const DcmTagKey &key)
+Coding coding_of(const DcmXfer &xfer)
 {
-    OFString value;
-    if (item.findAndGetOFStringArray(key, value).bad())
-        return "";
-    std::string text(value.c_str(), value.length());
-    size_t end = text.find_last_not_of(std::string(" \0", 2)), start = text.find_first_not_of(' ');
-    return end == std::string::npos ? "" : text.substr(start, end + 1 - start);
-}
-
-int integer_of(DcmItem &item, const DcmTagKey &key, int absent)
-{
-    Sint32 value;
-    return item.findAndGetSint32(key, value).good() ? int(value) : absent;
-}
-
-bool unsigned_of(DcmItem &item, const DcmTagKey &key, unsigned &out)
-{
-    Uint16 value;
-    if (item.findAndGetUint16(key, value).bad())
-        return false;
-    out = value;
-    return true;
-}
-
-/* All of `count` finite numbers, or none. */
-bool numbers_of(DcmItem &item, const DcmTagKey &key, double *out, unsigned count)
-{
-    for (unsigned i = 0; i < count; i++) {
-        Float64 value;
-        if (item.findAndGetFloat64(key, value, i).bad() || !std::isfinite(value) || std::fabs(value) > 1e9)
-            return false;
-        out[i] = value;
+    switch (xfer.getXfer()) {
+    case EXS_RLELossless:
+        return Coding::rle;
+    case EXS_JPEGLSLossless:
+    case EXS_JPEGLSLossy:
+        return Coding::jpeg_ls;
+    case EXS_JPEG2000LosslessOnly:
+    case EXS_JPEG2000:
+        return Coding::jpeg2000;
+    default:
+        return xfer.isEncapsulated() ? Coding::jpeg : Coding::native;
     }
-    return true;
-}
-
-double length_of(DcmItem &item, const DcmTagKey &key)
-{
-    double value;
-    return numbers_of(item, key, &value, 1) && std::fabs(value) > 1e-6 ? std::fabs(value) : 0;
-}
-
-/* The 16 bits of a US or SS attribute, whichever VR the file gave it, as a stored value. */
-bool stored_value_of(DcmItem &item, const DcmTagKey &key, const PixelFormat &pixel, int32_t &out)
-{
-    DcmElement *element = nullptr;
-    if (item.findAndGetElement(key, element).bad() || !element)
-        return false;
-    Uint16 bits;
-    Sint16 value;
-    const Uint16 *array = nullptr;
-    if (element->getUint16(bits).good())
-        ;
-    else if (element->getSint16(value).good())
-        bits = Uint16(value);
-    else if (item.findAndGetUint16Array(key, array).good() && array)
-        bits = array[0];
-    else
-        return false;
-    out = pixel.is_signed ? int32_t(int16_t(bits)) : int32_t(bits);
-    return true;
-}
-
-void read_identity(DcmItem &item, Slice &slice)
-{
-    slice.series_uid = text_of(item, DCM_SeriesInstanceUID);
-    slice.frame_uid = text_of(item, DCM_FrameOfReferenceUID);
-    slice.instance_uid = text_of(item, DCM_SOPInstanceUID);
-    slice.sop_class = text_of(item, DCM_SOPClassUID);
-    slice.modality = text_of(item, DCM_Modality);
-    slice.image_type = text_of(item, DCM_ImageType);
-    slice.series_number = integer_of(item, DCM_SeriesNumber, -1);
-    slice.acquisition_number = integer_of(item, DCM_AcquisitionNumber, -1);
-    slice.instance_number = integer_of(item, DCM_InstanceNumber, -1);
-    static const DcmTagKey phases[] = {DCM_TemporalPositionIdentifier,
-                                       DCM_AcquisitionNumber,
-                                       DCM_TriggerTime,
-                                       DCM_AcquisitionTime,
-                                       DCM_ConvolutionKernel,
-                                       DCM_KVP,
-                                       DCM_ImageType,
-                                       DCM_EchoNumbers};
-    static_assert(sizeof phases / sizeof phases[0] == sizeof slice.phase / sizeof slice.phase[0], "one text each");
-    for (size_t i = 0; i < sizeof phases / sizeof phases[0]; i++)
-        slice.phase[i] = text_of(item, phases[i]);
-    slice.localizer = slice.image_type.find("LOCALIZER") != std::string::npos;
-    slice.lossy = text_of(item, DCM_LossyImageCompression) == "01";
-}
-
-void read_geometry(DcmItem &item, Slice &slice)
-{
-    double v[6];
-    slice.has_spacing = numbers_of(item, DCM_PixelSpacing, slice.spacing_mm, 2) && slice.spacing_mm[0] > 1e-6 &&
-                        slice.spacing_mm[1] > 1e-6;
-    slice.thickness_mm = length_of(item, DCM_SliceThickness);
-    slice.between_mm = length_of(item, DCM_SpacingBetweenSlices);
-    slice.has_position = numbers_of(item, DCM_ImagePositionPatient, v, 3);
-    if (slice.has_position)
-        slice.position = {v[0], v[1], v[2]};
-    if (!numbers_of(item, DCM_ImageOrientationPatient, v, 6))
-        return;
-    vit_vec3 row{v[0], v[1], v[2]}, column{v[3], v[4], v[5]};
-    double row_length = vit_vec3_length(row), column_length = vit_vec3_length(column);
-    double cosine = vit_vec3_dot(row, column);
-    if (row_length == 0 && column_length == 0)
-        return; /* some writers fill in zeros for "unknown" */
-    if (std::fabs(row_length - 1) > 0.01 || std::fabs(column_length - 1) > 0.01 || std::fabs(cosine) > 0.01) {
-        slice.refused = format("ImageOrientationPatient (0020,0037) is %g\\%g\\%g\\%g\\%g\\%g: not two unit vectors at "
-                               "a right angle",
-                               v[0], v[1], v[2], v[3], v[4], v[5]);
-        return;
-    }
-    /* DS has few digits: make the two exactly orthonormal. */
-    slice.row = vit_vec3_normalize(row);
-    slice.column = vit_vec3_normalize(vit_vec3_sub(column, vit_vec3_scale(slice.row, vit_vec3_dot(slice.row, column))));
-    slice.normal = vit_vec3_cross(slice.row, slice.column);
-    slice.has_orientation = true;
-}
-
-void read_values(DcmItem &item, Slice &slice)
-{
-    double slope, intercept;
-    bool has_slope = numbers_of(item, DCM_RescaleSlope, &slope, 1);
-    bool has_intercept = numbers_of(item, DCM_RescaleIntercept, &intercept, 1);
-    slice.has_rescale = has_slope || has_intercept;
-    slice.slope = has_slope ? slope : 1;
-    slice.intercept = has_intercept ? intercept : 0;
-    if (slice.slope == 0)
-        slice.refused = "RescaleSlope (0028,1053) is 0";
-    if (item.tagExistsWithValue(DCM_ModalityLUTSequence))
-        slice.refused = "ModalityLUTSequence (0028,3000) instead of a rescale slope is not supported yet";
-    std::string type = text_of(item, DCM_RescaleType);
-    bool hu_type = type.empty() || type == "HU" || type == "HU_MOD";
-    slice.is_hu = slice.modality == "CT" && hu_type && (slice.has_rescale || slice.sop_class == UID_CTImageStorage);
-
-    PixelFormat &pixel = slice.format;
-    slice.monochrome1 = text_of(item, DCM_PhotometricInterpretation) == "MONOCHROME1";
-    pixel.inverted = slice.monochrome1 && !slice.is_hu;
-    pixel.has_padding = stored_value_of(item, DCM_PixelPaddingValue, pixel, pixel.padding_low);
-    pixel.padding_high = pixel.padding_low;
-    if (pixel.has_padding && stored_value_of(item, DCM_PixelPaddingRangeLimit, pixel, pixel.padding_high) &&
-        pixel.padding_high < pixel.padding_low)
-        std::swap(pixel.padding_low, pixel.padding_high);
-}
-
-/* Attributes that say how cells are stored. `reject`: this can be no slice; `refused`: a slice we cannot read yet. */
-bool read_format(DcmItem &item, Slice &slice, std::string &reject)
-{
-    unsigned rows = 0, columns = 0, samples = 1, representation = 0;
-    PixelFormat &pixel = slice.format;
-    bool has_size = unsigned_of(item, DCM_Rows, rows) && unsigned_of(item, DCM_Columns, columns);
-    bool has_bits = unsigned_of(item, DCM_BitsAllocated, pixel.allocated);
-    std::string photometric = text_of(item, DCM_PhotometricInterpretation);
-    if (!has_size || rows == 0 || columns == 0)
-        reject = format("Rows (0028,0010) and Columns (0028,0011) are %u and %u", rows, columns);
-    else if (unsigned_of(item, DCM_SamplesPerPixel, samples) && samples != 1)
-        reject = format("SamplesPerPixel (0028,0002) is %u, not 1", samples);
-    else if (photometric.compare(0, 10, "MONOCHROME") != 0 && !photometric.empty())
-        reject = format("PhotometricInterpretation (0028,0004) is %.32s, not MONOCHROME1 or MONOCHROME2",
-                        photometric.c_str());
-    if (!reject.empty())
-        return false;
-    slice.rows = rows;
-    slice.columns = columns;
-    unsigned_of(item, DCM_PixelRepresentation, representation);
-    pixel.is_signed = representation == 1;
-    pixel.stored = pixel.allocated;
-    unsigned_of(item, DCM_BitsStored, pixel.stored);
-    pixel.high_bit = pixel.stored - 1;
-    unsigned_of(item, DCM_HighBit, pixel.high_bit);
-    int frames = integer_of(item, DCM_NumberOfFrames, 1);
-    if (frames > 1)
-        slice.refused = format("NumberOfFrames (0028,0008) is %d: multi-frame is not supported yet", frames);
-    else if (!has_bits || (pixel.allocated != 8 && pixel.allocated != 16))
-        slice.refused = format("BitsAllocated (0028,0100) is %u; 8 and 16 are supported", pixel.allocated);
-    else if (pixel.stored == 0 || pixel.stored > pixel.allocated)
-        slice.refused = format("BitsStored (0028,0101) is %u of %u allocated", pixel.stored, pixel.allocated);
-    else if (pixel.high_bit + 1 < pixel.stored || pixel.high_bit >= pixel.allocated)
-        slice.refused = format("HighBit (0028,0102) is %u with %u bits stored of %u", pixel.high_bit, pixel.stored,
-                               pixel.allocated);
-    return true;
 }
 
 /* The 12 (explicit) or 8 (implicit) bytes before the value of the element at which parsing stopped. */
@@ -235,7 +84,7 @@ PixelElement look_back(int fd, uint64_t value_offset, const DcmXfer &xfer)
     PixelElement found;
     size_t size = xfer.isExplicitVR() ? 12 : 8;
     unsigned char b[12] = {0};
-    if (value_offset < size || pread(fd, b, size, off_t(value_offset - size)) != ssize_t(size))
+    if (value_offset < size || !read_all_at(fd, b, size, value_offset - size))
         return found;
     bool big = xfer.isBigEndian();
     auto word = [&](size_t at) { return uint16_t(big ? b[at] << 8 | b[at + 1] : b[at + 1] << 8 | b[at]); };
@@ -249,88 +98,270 @@ PixelElement look_back(int fd, uint64_t value_offset, const DcmXfer &xfer)
     return found;
 }
 
-/* Is the pixel data there, and as large as claimed? */
-bool check_pixels(int fd, uint64_t value_offset, const DcmXfer &xfer, Slice &slice, std::string &reject)
+/* A file on its way through here: what all frames share is in `base`. */
+struct Header {
+    int fd;
+    uint64_t pixels_at = 0;
+    size_t frames = 1;
+    Slice base;
+    std::vector<std::vector<Fragment>> fragments;
+};
+
+/* Float Pixel Data says by its element what the cells are (PS3.3 C.7.6.24). */
+void take_real(const PixelElement &found, Slice &slice)
 {
-    double samples = double(slice.rows) * double(slice.columns);
-    uint64_t remaining = slice.file_bytes > value_offset ? slice.file_bytes - value_offset : 0;
-    PixelElement found = look_back(fd, value_offset, xfer);
-    if (found.element == 0) {
-        reject = "no pixel data";
-        return false;
-    }
-    if (!slice.refused.empty())
-        return true;
-    if (found.element != 0x0010) {
-        slice.refused = format("%s Pixel Data (7FE0,%04X) is not supported yet",
-                               found.element == 8 ? "Float" : "Double Float", unsigned(found.element));
-        return true;
-    }
-    bool coded = xfer.isEncapsulated();
-    if (coded && !DcmCodecList::canChangeCoding(xfer.getXfer(), EXS_LittleEndianExplicit)) {
-        slice.refused = format("TransferSyntaxUID (0002,0010) is %s: not supported yet", xfer.getXferName());
-        return true;
-    }
-    if (coded) {
-        if (samples > double(remaining) * most_samples_per_byte(xfer))
-            slice.refused = format("%llu bytes of %s cannot hold Rows (0028,0010) x Columns (0028,0011) = %zu x %zu",
-                                   (unsigned long long)remaining, xfer.getXferName(), slice.rows, slice.columns);
-        return true;
-    }
-    uint64_t need = uint64_t(slice.rows) * slice.columns * (slice.format.allocated / 8);
+    unsigned bits = found.element == 8 ? 32 : 64;
+    PixelFormat &pixel = slice.format;
+    if (pixel.allocated != bits && slice.refused.empty())
+        slice.refused =
+            format("BitsAllocated (0028,0100) is %u for %u-bit floating point pixels", pixel.allocated, bits);
+    if (pixel.allocated == bits && bits == 64)
+        slice.refused.clear(); /* 64 is refused for whole numbers only */
+    pixel.is_real = true;
+    pixel.is_signed = true;
+    pixel.stored = pixel.allocated = bits;
+    pixel.high_bit = bits - 1;
+}
+
+void check_native(Header &header, const PixelElement &found, const DcmXfer &xfer)
+{
+    Slice &slice = header.base;
+    uint64_t remaining = slice.file_bytes > header.pixels_at ? slice.file_bytes - header.pixels_at : 0;
+    uint64_t need = uint64_t(slice.rows) * slice.columns * (slice.format.allocated / 8) * header.frames;
     uint64_t have = found.length < remaining ? found.length : remaining;
     if (found.length == 0xffffffff)
         slice.refused = "PixelData (7FE0,0010) has undefined length in a transfer syntax without compression";
     else if (have < need)
-        slice.refused = format("PixelData (7FE0,0010) is truncated: %llu bytes of %llu", (unsigned long long)have,
-                               (unsigned long long)need);
-    slice.pixel_offset = value_offset;
-    slice.pixel_bytes = found.length;
+        slice.refused = format("PixelData (7FE0,%04X) is truncated: %llu bytes of %llu", unsigned(found.element),
+                               (unsigned long long)have, (unsigned long long)need);
+    else if (have >= 2 * need)
+        slice.refused =
+            format("PixelData (7FE0,%04X) holds %llu bytes, but Rows x Columns x NumberOfFrames (0028,0008) "
+                   "need only %llu",
+                   unsigned(found.element), (unsigned long long)have, (unsigned long long)need);
+    slice.pixel_offset = header.pixels_at;
     slice.big_endian = xfer.isBigEndian();
     slice.pixel_is_words = strcmp(found.vr, "OB") != 0 && strcmp(found.vr, "UN") != 0;
+    if (slice.refused.empty() && slice.format.allocated == 8 && slice.big_endian && slice.pixel_is_words &&
+        (slice.rows * slice.columns) % 2 != 0)
+        slice.refused = "an odd number of 8-bit pixels in big-endian words is not supported";
+}
+
+/* The codestream knows how many bits it holds and whether they are signed; headers are wrong about it often enough
+ * (pydicom's 693 and 1149). */
+void look_at_jpeg2000(Header &header)
+{
+    Slice &slice = header.base;
+    PixelFormat &pixel = slice.format;
+    const Fragment &first = header.fragments[0][0];
+    std::vector<uint8_t> head(std::min<size_t>(first.bytes, 4096));
+    Jpeg2000 found;
+    if (!read_all_at(header.fd, head.data(), head.size(), first.offset) ||
+        !jpeg2000_look(head.data(), head.size(), found))
+        slice.refused = "the compressed pixels do not begin a JPEG 2000 codestream";
+    else if (found.high_throughput)
+        slice.refused = "PixelData (7FE0,0010) is HTJ2K (High-Throughput JPEG 2000): not supported";
+    else if (found.components != 1 || found.bits > 16)
+        slice.refused = format("the JPEG 2000 codestream has %u components of %u bits; one of at most 16 is supported",
+                               found.components, found.bits);
+    else if (found.rows != slice.rows || found.columns != slice.columns)
+        slice.refused = format("the JPEG 2000 codestream is %zu x %zu, Columns x Rows are %zu x %zu", found.columns,
+                               found.rows, slice.columns, slice.rows);
+    if (!slice.refused.empty())
+        return;
+    slice.bits_mended = found.bits != pixel.stored;
+    slice.sign_mended = found.is_signed != pixel.is_signed;
+    pixel.is_signed = pixel.is_signed || found.is_signed;
+    pixel.allocated = 16;
+    pixel.stored = found.bits;
+    pixel.high_bit = found.bits - 1;
+}
+
+std::vector<uint64_t> extended_table(DcmItem &data)
+{
+    std::vector<uint64_t> table;
+    const Uint64 *offsets = nullptr;
+    unsigned long count = 0;
+    if (data.findAndGetUint64Array(DCM_ExtendedOffsetTable, offsets, &count).good() && offsets)
+        table.assign(offsets, offsets + count);
+    return table;
+}
+
+void check_coded(Header &header, const DcmXfer &xfer, DcmItem &data)
+{
+    Slice &slice = header.base;
+    uint64_t remaining = slice.file_bytes > header.pixels_at ? slice.file_bytes - header.pixels_at : 0;
+    double samples = double(slice.rows) * double(slice.columns) * double(header.frames);
+    if (slice.coding != Coding::jpeg2000 && !DcmCodecList::canChangeCoding(xfer.getXfer(), EXS_LittleEndianExplicit))
+        slice.refused = format("TransferSyntaxUID (0002,0010) is %s: not supported", xfer.getXferName());
+    else if (slice.format.is_wide())
+        slice.refused = format("BitsAllocated (0028,0100) is %u: compressed pixels of more than 16 bits are not "
+                               "supported",
+                               slice.format.allocated);
+    else if (samples > double(remaining) * most_samples_per_byte(slice.coding))
+        slice.refused = format("%llu bytes of %s cannot hold Rows (0028,0010) x Columns (0028,0011) = %zu x %zu",
+                               (unsigned long long)remaining, xfer.getXferName(), slice.rows, slice.columns);
+    else if (!fragments_read(header.fd, header.pixels_at, slice.file_bytes, slice.coding, header.frames,
+                             extended_table(data), header.fragments, slice.refused))
+        return;
+    else if (slice.coding == Coding::jpeg2000)
+        look_at_jpeg2000(header);
+}
+
+/* Is the pixel data there, and as large as claimed? */
+bool check_pixels(Header &header, const DcmXfer &xfer, const std::string &syntax, DcmItem &data, std::string &reject)
+{
+    Slice &slice = header.base;
+    PixelElement found = look_back(header.fd, header.pixels_at, xfer);
+    if (found.element == 0) {
+        reject = "no pixel data";
+        return false;
+    }
+    if (found.element != 0x0010)
+        take_real(found, slice);
+    for (const auto &unknown : unknown_syntaxes)
+        if (syntax == unknown.uid) {
+            slice.transfer_syntax = unknown.name;
+            slice.refused = format("TransferSyntaxUID (0002,0010) is %s: not supported", unknown.name);
+        }
+    if (!slice.refused.empty())
+        return true;
+    slice.coding = coding_of(xfer);
+    slice.xfer = int(xfer.getXfer());
+    if (slice.coding == Coding::native)
+        check_native(header, found, xfer);
+    else
+        check_coded(header, xfer, data);
     return true;
 }
 
-bool parse(const std::string &path, int fd, Slice &slice, std::string &reason)
+/* Dose grids say where their frames lie in a way of their own (PS3.3 C.8.8.3.2). */
+bool place_by_grid(const Fields &fields, std::vector<Slice> &slices)
+{
+    std::vector<double> offsets(slices.size());
+    if (!fields.numbers(DCM_GridFrameOffsetVector, offsets.data(), unsigned(offsets.size())) || offsets[0] != 0)
+        return false;
+    for (size_t f = 0; f < slices.size(); f++)
+        slices[f].position = vit_vec3_add(slices[f].position, vit_vec3_scale(slices[f].normal, offsets[f]));
+    return true;
+}
+
+/* `base` into one Slice a frame. */
+void expand(Header &header, DcmItem &data, std::vector<Slice> &slices)
+{
+    Slice &base = header.base;
+    std::vector<std::vector<DcmItem *>> places = frames_places(data);
+    const Fields whole(data);
+    bool grouped = places.size() == header.frames;
+    if (header.frames > 1 && !grouped && !data.tagExistsWithValue(DCM_GridFrameOffsetVector) && base.refused.empty())
+        base.refused = format("NumberOfFrames (0028,0008) is %zu, and %s", header.frames,
+                              places.empty() ? "nothing says where each frame lies"
+                                             : format("there are functional groups for %zu", places.size()).c_str());
+    if (!base.refused.empty()) {
+        std::string refused = base.refused;
+        fields_frame(grouped ? Fields(places[0]) : whole, base);
+        base.refused = refused;
+        slices.push_back(std::move(base));
+        return;
+    }
+    const uint64_t frame_bytes = uint64_t(base.rows) * base.columns * (base.format.allocated / 8);
+    slices.reserve(header.frames);
+    for (size_t f = 0; f < header.frames; f++) {
+        slices.push_back(base);
+        Slice &slice = slices.back();
+        slice.frame = header.frames > 1 ? unsigned(f + 1) : 0;
+        fields_frame(grouped ? Fields(places[f]) : whole, slice);
+        if (slice.coding == Coding::native)
+            slice.pixel_offset += f * frame_bytes;
+        else
+            slice.fragments = std::move(header.fragments[f]);
+    }
+    if (header.frames > 1 && !grouped && !place_by_grid(whole, slices))
+        slices[0].refused = "GridFrameOffsetVector (3004,000C) does not begin with 0";
+}
+
+bool measure(Header &header, std::vector<Slice> &slices, std::string &reason)
+{
+    for (Slice &slice : slices)
+        if (slice.refused.empty() && slice.format.is_wide() && !slice_measure(slice, header.fd, reason))
+            return false;
+    return true;
+}
+
+bool parse(const std::string &path, Header &header, std::vector<Slice> &slices, std::string &reason)
 {
     DcmFileFormat file;
     DcmInputFileStream stream(OFFilename(path.c_str()));
+    Slice &base = header.base;
     if (stream.status().bad()) {
         reason = std::string("cannot be read: ") + stream.status().text();
         return false;
     }
     file.transferInit();
     OFCondition status = file.readUntilTag(stream, EXS_Unknown, EGL_noChange, DCM_MaxReadLength, DcmTagKey(0x7fe0, 8));
-    uint64_t offset = uint64_t(stream.tell());
+    header.pixels_at = uint64_t(stream.tell());
     file.transferEnd();
     DcmDataset &data = *file.getDataset();
     if (status.bad()) {
         reason = std::string("damaged DICOM header: ") + status.text();
         return false;
     }
-    read_identity(data, slice);
-    if (slice.sop_class.empty() && file.getMetaInfo())
-        slice.sop_class = text_of(*file.getMetaInfo(), DCM_MediaStorageSOPClassUID);
+    const Fields fields(data);
+    std::string syntax;
+    base.sop_class = fields.text(DCM_SOPClassUID);
+    if (file.getMetaInfo()) {
+        const Fields meta(*file.getMetaInfo());
+        syntax = meta.text(DCM_TransferSyntaxUID);
+        if (base.sop_class.empty())
+            base.sop_class = meta.text(DCM_MediaStorageSOPClassUID);
+    }
     unsigned rows;
-    if (!unsigned_of(data, DCM_Rows, rows)) {
-        const char *name = slice.sop_class.empty() ? nullptr : dcmFindNameOfUID(slice.sop_class.c_str());
+    if (!fields.word(DCM_Rows, rows)) {
+        const char *name = base.sop_class.empty() ? nullptr : dcmFindNameOfUID(base.sop_class.c_str());
         reason = std::string("no image in it") + (name ? std::string(" (") + name + ")" : "");
         return false;
     }
     DcmXfer xfer(data.getOriginalXfer());
-    slice.transfer_syntax = xfer.getXferName();
-    if (!read_format(data, slice, reason))
+    base.transfer_syntax = xfer.getXferName();
+    base.lossy = xfer.isEncapsulated() && xfer.isLossy();
+    int frames = fields.integer(DCM_NumberOfFrames, 1);
+    header.frames = frames > 1 ? size_t(frames) : 1;
+    if (!fields_format(fields, base, reason) || !check_pixels(header, xfer, syntax, data, reason))
         return false;
-    read_geometry(data, slice);
-    read_values(data, slice);
-    return check_pixels(fd, offset, xfer, slice, reason);
+    expand(header, data, slices);
+    return measure(header, slices, reason);
+}
+
+bool read_open(const std::string &path, const std::string &from, Header &header, std::vector<Slice> &slices,
+               std::string &reason)
+{
+    struct stat status;
+    header.fd = open(from.c_str(), O_RDONLY | O_CLOEXEC);
+    if (header.fd < 0 || fstat(header.fd, &status) != 0) {
+        reason = "cannot be read";
+        if (header.fd >= 0)
+            close(header.fd);
+        return false;
+    }
+    header.base.path = path;
+    header.base.file_bytes = uint64_t(status.st_size);
+    bool ok = false;
+    try {
+        if (!is_shallow(header.fd, header.base.file_bytes))
+            reason = "damaged DICOM header: sequences nested beyond reason";
+        else
+            ok = parse(from, header, slices, reason);
+    } catch (...) {
+        reason = "damaged DICOM header";
+    }
+    close(header.fd);
+    return ok;
 }
 
 } // namespace
 
-bool header_read(const std::string &path, Slice &slice, std::string &reason)
+bool header_read(const std::string &path, std::vector<Slice> &slices, std::string &reason)
 {
-    slice.path = path;
     switch (probe_file(path.c_str())) {
     case Probe::unreadable:
         reason = "cannot be read";
@@ -346,29 +377,12 @@ bool header_read(const std::string &path, Slice &slice, std::string &reason)
         reason = "deflated data is damaged, or inflates to more than 2 GB";
         return false;
     }
-    slice.deflated = inflated.fd >= 0;
-    const std::string from = slice.deflated ? inflated.path() : path;
-    int fd = open(from.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat status;
-    if (fd < 0 || fstat(fd, &status) != 0) {
-        reason = "cannot be read";
-        if (fd >= 0)
-            close(fd);
-        return false;
-    }
-    slice.file_bytes = uint64_t(status.st_size);
-    bool ok = false;
-    try {
-        if (!is_shallow(fd, slice.file_bytes))
-            reason = "damaged DICOM header: sequences nested beyond reason";
-        else
-            ok = parse(from, fd, slice, reason);
-    } catch (...) {
-        reason = "damaged DICOM header";
-    }
-    close(fd);
-    if (slice.deflated)
-        slice.transfer_syntax = DcmXfer(EXS_DeflatedLittleEndianExplicit).getXferName();
+    Header header{};
+    header.base.deflated = inflated.fd >= 0;
+    bool ok = read_open(path, header.base.deflated ? inflated.path() : path, header, slices, reason);
+    for (Slice &slice : slices)
+        if (slice.deflated)
+            slice.transfer_syntax = DcmXfer(EXS_DeflatedLittleEndianExplicit).getXferName();
     reason = one_line(reason);
     return ok;
 }

@@ -101,4 +101,37 @@ std::string file_name(const std::string &path)
     return one_line(slash == std::string::npos ? path : path.substr(slash + 1));
 }
 
+namespace {
+
+const char *const warning_ids[] = {
+#define X(name, id, help) id,
+    VIT_DICOM_WARNINGS(X)
+#undef X
+};
+
+} // namespace
+
+void warn(Stack &stack, Warning warning, const char *text, ...)
+{
+    char line[1024];
+    va_list arguments;
+    va_start(arguments, text);
+    vsnprintf(line, sizeof line, text, arguments);
+    va_end(arguments);
+    stack.warnings.push_back(std::string(warning_ids[size_t(warning)]) + ": " + one_line(line));
+}
+
+std::string slice_name(const Slice &slice)
+{
+    std::string name = file_name(slice.path);
+    return slice.frame ? name + " frame " + std::to_string(slice.frame) : name;
+}
+
 } // namespace vitdicom
+
+extern "C" const struct vit_dicom_warning vit_dicom_warnings[] = {
+#define X(name, id, help) {id, help},
+    VIT_DICOM_WARNINGS(X)
+#undef X
+        {nullptr, nullptr},
+};

@@ -1,16 +1,19 @@
 /* The pixels of one slice into the caller's buffer. Native pixel data is read from its place in the file straight into
- * the buffer and converted there; everything else goes through DCMTK's decoders, one slice per thread at a time. */
+ * the buffer and converted there; compressed frames are gathered from their fragments and decoded, each by itself: JPEG
+ * 2000 by OpenJPEG, all else by DCMTK's decoders, which are given a data set of one frame. */
 #include "dcmtk/config/osconfig.h"
 
+#include "dcmtk/dcmdata/dcdatset.h"
 #include "dcmtk/dcmdata/dcdeftag.h"
-#include "dcmtk/dcmdata/dcfilefo.h"
 #include "dcmtk/dcmdata/dcpixel.h"
 #include "dcmtk/dcmdata/dcpixseq.h"
 #include "dcmtk/dcmdata/dcpxitem.h"
 
 #include "dicom_private.h"
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <unistd.h>
@@ -19,35 +22,34 @@ namespace vitdicom {
 
 namespace {
 
-bool read_at(const std::string &path, void *out, size_t bytes, uint64_t offset, std::string &why)
-{
-    int fd = vit_fault() ? -1 : open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) {
-        why = std::string("cannot be opened: ") + strerror(errno);
-        return false;
+/* An open file, or the inflated copy of one. */
+class File {
+    Inflated inflated;
+    int own = -1;
+
+  public:
+    ~File()
+    {
+        if (own >= 0)
+            close(own);
     }
-    size_t done = 0;
-    while (done < bytes) {
-        ssize_t got = pread(fd, static_cast<char *>(out) + done, bytes - done, off_t(offset + done));
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0) {
-            why = got < 0 ? std::string("cannot be read: ") + strerror(errno) : "PixelData (7FE0,0010) is truncated";
-            close(fd);
+    int fd() const
+    {
+        return inflated.fd >= 0 ? inflated.fd : own;
+    }
+    bool open_slice(const Slice &slice, std::string &why)
+    {
+        if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
+            why = "deflated data is damaged";
             return false;
         }
-        done += size_t(got);
+        if (!slice.deflated)
+            own = vit_fault() ? -1 : open(slice.path.c_str(), O_RDONLY | O_CLOEXEC);
+        if (fd() < 0)
+            why = std::string("cannot be opened: ") + strerror(errno);
+        return fd() >= 0;
     }
-    close(fd);
-    return true;
-}
-
-void swap_bytes(void *cells, size_t count)
-{
-    uint16_t *cell = static_cast<uint16_t *>(cells);
-    for (size_t i = 0; i < count; i++)
-        cell[i] = uint16_t(cell[i] << 8 | cell[i] >> 8);
-}
+};
 
 bool host_is_big_endian()
 {
@@ -57,22 +59,84 @@ bool host_is_big_endian()
     return first == 0;
 }
 
-/* 8-bit cells are read into the upper half of the slot and widened downward from its start: sample i is written at
- * bytes 2i, 2i+1, which are behind cell n+i+1 until the last. */
-bool read_native(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why)
+void swap_bytes(void *cells, size_t count, size_t cell_bytes)
 {
-    size_t count = slice.rows * slice.columns, bytes = count * (slice.format.allocated / 8);
-    char *at = static_cast<char *>(out) + (slice.format.allocated == 8 ? count : 0);
-    Inflated inflated;
-    if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
-        why = "deflated data is damaged";
+    if (cell_bytes == 2) {
+        uint16_t *cell = static_cast<uint16_t *>(cells);
+        for (size_t i = 0; i < count; i++)
+            cell[i] = uint16_t(cell[i] << 8 | cell[i] >> 8);
+        return;
+    }
+    char *at = static_cast<char *>(cells);
+    for (size_t i = 0; i < count; i++, at += cell_bytes)
+        std::reverse(at, at + cell_bytes);
+}
+
+/* The stored cells of a native frame, in the host's order. */
+bool read_cells(const Slice &slice, int fd, void *out, std::string &why)
+{
+    size_t count = slice.rows * slice.columns, cell_bytes = slice.format.allocated / 8;
+    errno = 0;
+    if (!read_all_at(fd, out, count * cell_bytes, slice.pixel_offset)) {
+        why = errno ? std::string("cannot be read: ") + strerror(errno) : "PixelData (7FE0,0010) is truncated";
         return false;
     }
-    if (!read_at(slice.deflated ? inflated.path() : slice.path, at, bytes, slice.pixel_offset, why))
+    /* Bytes written as words of the other order. */
+    if (cell_bytes == 1 && slice.big_endian && slice.pixel_is_words) {
+        char *at = static_cast<char *>(out);
+        for (size_t i = 0; i + 1 < count; i += 2)
+            std::swap(at[i], at[i + 1]);
+    } else if (cell_bytes > 1 && slice.big_endian != host_is_big_endian())
+        swap_bytes(out, count, cell_bytes);
+    return true;
+}
+
+/* 8-bit cells are read into the upper half of the slot and widened downward from its start: sample i is written at
+ * bytes 2i, 2i+1, which are behind cell n+i+1 until the last. */
+bool read_native(const Slice &slice, const Encoding &encoding, void *out, uint8_t *padded, size_t &clamped,
+                 std::string &why)
+{
+    size_t count = slice.rows * slice.columns;
+    char *at = static_cast<char *>(out) + (slice.format.allocated == 8 ? count : 0);
+    std::vector<char> wide;
+    if (slice.format.is_wide()) {
+        wide.resize(count * (slice.format.allocated / 8));
+        at = wide.data();
+    }
+    File file;
+    if (!file.open_slice(slice, why) || !read_cells(slice, file.fd(), at, why))
         return false;
-    if (slice.format.allocated == 16 && slice.big_endian != host_is_big_endian())
-        swap_bytes(at, count);
-    clamped += convert(slice, slice.format, encoding, at, out, count);
+    clamped += convert(slice, slice.format, encoding, at, out, count, padded);
+    return true;
+}
+
+bool gather(const Slice &slice, std::vector<uint8_t> &bytes, std::string &why)
+{
+    File file;
+    size_t total = 0, at = 0;
+    for (const Fragment &fragment : slice.fragments)
+        total += fragment.bytes;
+    bytes.resize(total);
+    if (!file.open_slice(slice, why))
+        return false;
+    for (const Fragment &fragment : slice.fragments) {
+        if (!read_all_at(file.fd(), bytes.data() + at, fragment.bytes, fragment.offset)) {
+            why = "PixelData (7FE0,0010) is truncated";
+            return false;
+        }
+        at += fragment.bytes;
+    }
+    return true;
+}
+
+bool read_jpeg2000(const Slice &slice, const Encoding &encoding, void *out, uint8_t *padded, size_t &clamped,
+                   std::string &why)
+{
+    std::vector<uint8_t> bytes;
+    if (!gather(slice, bytes, why) ||
+        !jpeg2000_decode(bytes, slice.rows, slice.columns, static_cast<uint16_t *>(out), why))
+        return false;
+    clamped += convert(slice, slice.format, encoding, out, out, slice.rows * slice.columns, padded);
     return true;
 }
 
@@ -100,53 +164,71 @@ bool decoded_format(DcmDataset &data, const Slice &slice, PixelFormat &format, s
     return false;
 }
 
-/* Fragments after the offset table: one of them must begin a JPEG frame of the size the header says. */
-bool check_jpeg(DcmDataset &data, const Slice &slice)
+/* A data set of one frame for DCMTK's decoders. */
+OFCondition make_data_set(const Slice &slice, std::vector<uint8_t> &bytes, DcmDataset &data)
 {
-    const DcmXfer xfer(data.getOriginalXfer());
-    const bool jpeg_ls = xfer.getXfer() == EXS_JPEGLSLossless || xfer.getXfer() == EXS_JPEGLSLossy;
-    DcmElement *element = nullptr;
-    DcmPixelSequence *sequence = nullptr;
-    if (!xfer.isEncapsulated() || xfer.getXfer() == EXS_RLELossless)
-        return true;
-    auto *pixels =
-        data.findAndGetElement(DCM_PixelData, element).good() ? dynamic_cast<DcmPixelData *>(element) : nullptr;
-    if (!pixels || pixels->getEncapsulatedRepresentation(xfer.getXfer(), nullptr, sequence).bad() || !sequence)
-        return false;
-    for (unsigned long i = 1; i < sequence->card(); i++) {
-        DcmPixelItem *item = nullptr;
-        Uint8 *bytes = nullptr;
-        if (sequence->getItem(item, i).bad() || !item || item->getUint8Array(bytes).bad() || !bytes)
-            return false;
-        Jpeg found = jpeg_look(bytes, item->getLength(), jpeg_ls, slice.rows, slice.columns);
-        if (found != Jpeg::unknown)
-            return found == Jpeg::good;
-    }
-    return false;
+    const PixelFormat &pixel = slice.format;
+    OFCondition status = data.putAndInsertString(DCM_PhotometricInterpretation, "MONOCHROME2");
+    const std::pair<DcmTagKey, size_t> words[] = {{DCM_SamplesPerPixel, 1},
+                                                  {DCM_Rows, slice.rows},
+                                                  {DCM_Columns, slice.columns},
+                                                  {DCM_BitsAllocated, pixel.allocated},
+                                                  {DCM_BitsStored, pixel.stored},
+                                                  {DCM_HighBit, pixel.high_bit},
+                                                  {DCM_PixelRepresentation, pixel.is_signed}};
+    for (const auto &word : words)
+        if (status.good())
+            status = data.putAndInsertUint16(word.first, Uint16(word.second));
+    if (bytes.size() & 1)
+        bytes.push_back(0);
+    auto *sequence = new DcmPixelSequence(DcmTag(DCM_PixelData, EVR_OB));
+    auto *table = new DcmPixelItem(DcmTag(DCM_PixelItemTag, EVR_OB)), *item = new DcmPixelItem(*table);
+    sequence->insert(table);
+    sequence->insert(item);
+    auto *pixels = new DcmPixelData(DcmTag(DCM_PixelData, EVR_OB));
+    pixels->putOriginalRepresentation(E_TransferSyntax(slice.xfer), nullptr, sequence);
+    if (status.good())
+        status = item->putUint8Array(bytes.data(), (unsigned long)(bytes.size()));
+    OFCondition inserted = data.insert(pixels, OFTrue);
+    return status.good() ? inserted : status;
 }
 
-bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why)
+bool decoded_cells(DcmDataset &data, const PixelFormat &pixel, size_t count, const void *&cells, std::string &why)
 {
-    DcmFileFormat file;
-    Inflated inflated;
-    if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
-        why = "deflated data is damaged";
+    DcmElement *element = nullptr;
+    Uint8 *cells8 = nullptr;
+    Uint16 *cells16 = nullptr;
+    if (data.findAndGetElement(DCM_PixelData, element).bad() || !element ||
+        element->getLength() < count * (pixel.allocated / 8)) {
+        why = "PixelData (7FE0,0010) is truncated";
         return false;
     }
-    const std::string from = slice.deflated ? inflated.path() : slice.path;
-    /* Not beyond the pixel data: nobody has looked at what follows. */
-    OFCondition status = file.loadFileUntilTag(OFFilename(from.c_str()), EXS_Unknown, EGL_noChange, DCM_MaxReadLength,
-                                               ERM_autoDetect, DcmTagKey(0x7fe0, 0x0011));
-    DcmDataset &data = *file.getDataset();
-    if (status.good() && !check_jpeg(data, slice)) {
+    /* OW elements hand out words; asking an 8-bit image for bytes puts them in the file's order. */
+    OFCondition status = pixel.allocated == 16 ? element->getUint16Array(cells16) : element->getUint8Array(cells8);
+    cells = pixel.allocated == 16 ? static_cast<const void *>(cells16) : cells8;
+    if (status.bad() || !cells)
+        why = std::string("pixel data cannot be read: ") + status.text();
+    return status.good() && cells;
+}
+
+bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, uint8_t *padded, size_t &clamped,
+                  std::string &why)
+{
+    std::vector<uint8_t> bytes;
+    if (!gather(slice, bytes, why))
+        return false;
+    if (slice.coding != Coding::rle && jpeg_look(bytes.data(), bytes.size(), slice.coding == Coding::jpeg_ls,
+                                                 slice.rows, slice.columns) != Jpeg::good) {
         why = format("the compressed pixels do not begin a picture of Columns x Rows = %zu x %zu", slice.columns,
                      slice.rows);
         return false;
     }
+    DcmDataset data;
+    PixelFormat format;
+    OFCondition status = make_data_set(slice, bytes, data);
     library_heard_damage();
     if (status.good())
         status = data.chooseRepresentation(EXS_LittleEndianExplicit, nullptr);
-    PixelFormat format;
     if (status.bad() || !data.canWriteXfer(EXS_LittleEndianExplicit)) {
         why = std::string("pixel data cannot be decoded: ") + (status.bad() ? status.text() : "unknown coding");
         return false;
@@ -155,36 +237,65 @@ bool read_decoded(const Slice &slice, const Encoding &encoding, void *out, size_
         why = "pixel data is damaged or truncated inside its compressed form";
         return false;
     }
-    if (!decoded_format(data, slice, format, why))
+    const size_t count = slice.rows * slice.columns;
+    const void *cells = nullptr;
+    if (!decoded_format(data, slice, format, why) || !decoded_cells(data, format, count, cells, why))
         return false;
-    size_t count = slice.rows * slice.columns, bytes = count * (format.allocated / 8);
-    DcmElement *element = nullptr;
-    Uint8 *cells8 = nullptr;
-    Uint16 *cells16 = nullptr;
-    if (data.findAndGetElement(DCM_PixelData, element).bad() || !element || element->getLength() < bytes) {
-        why = "PixelData (7FE0,0010) is truncated";
-        return false;
-    }
-    /* OW elements hand out words; asking an 8-bit image for bytes puts them in the file's order. */
-    status = format.allocated == 16 ? element->getUint16Array(cells16) : element->getUint8Array(cells8);
-    const void *cells = format.allocated == 16 ? static_cast<const void *>(cells16) : cells8;
-    if (status.bad() || !cells) {
-        why = std::string("pixel data cannot be read: ") + status.text();
-        return false;
-    }
-    clamped += convert(slice, format, encoding, cells, out, count);
+    clamped += convert(slice, format, encoding, cells, out, count, padded);
     return true;
+}
+
+template <typename Cell> void measure_cells(Slice &slice, const Cell *cells, size_t count)
+{
+    const PixelFormat &pixel = slice.format;
+    slice.stored_low = INFINITY;
+    slice.stored_high = -INFINITY;
+    slice.integral = true;
+    for (size_t i = 0; i < count; i++) {
+        double value = double(cells[i]);
+        if (!std::isfinite(value) ||
+            (pixel.has_real_padding && value >= pixel.real_padding_low && value <= pixel.real_padding_high))
+            continue;
+        slice.stored_low = std::min(slice.stored_low, value);
+        slice.stored_high = std::max(slice.stored_high, value);
+        slice.integral = slice.integral && value == std::floor(value);
+    }
+    if (slice.stored_low > slice.stored_high)
+        slice.stored_low = slice.stored_high = 0;
 }
 
 } // namespace
 
-bool slice_read(const Slice &slice, const Encoding &encoding, void *out, size_t &clamped, std::string &why)
+bool slice_measure(Slice &slice, int fd, std::string &why)
+{
+    size_t count = slice.rows * slice.columns;
+    std::vector<char> cells(count * (slice.format.allocated / 8));
+    if (!read_cells(slice, fd, cells.data(), why))
+        return false;
+    const void *at = cells.data();
+    if (slice.format.is_real && slice.format.allocated == 64)
+        measure_cells(slice, static_cast<const double *>(at), count);
+    else if (slice.format.is_real)
+        measure_cells(slice, static_cast<const float *>(at), count);
+    else if (slice.format.is_signed)
+        measure_cells(slice, static_cast<const int32_t *>(at), count);
+    else
+        measure_cells(slice, static_cast<const uint32_t *>(at), count);
+    return true;
+}
+
+bool slice_read(const Slice &slice, const Encoding &encoding, void *out, uint8_t *padded, size_t &clamped,
+                std::string &why)
 {
     try {
-        bool swapped_pairs = slice.big_endian && slice.format.allocated == 8 && slice.pixel_is_words;
-        if (slice.pixel_offset && !swapped_pairs)
-            return read_native(slice, encoding, out, clamped, why);
-        return read_decoded(slice, encoding, out, clamped, why);
+        switch (slice.coding) {
+        case Coding::native:
+            return read_native(slice, encoding, out, padded, clamped, why);
+        case Coding::jpeg2000:
+            return read_jpeg2000(slice, encoding, out, padded, clamped, why);
+        default:
+            return read_decoded(slice, encoding, out, padded, clamped, why);
+        }
     } catch (const std::bad_alloc &) {
         why = "not enough memory to decode";
     } catch (...) {

@@ -34,7 +34,7 @@ struct Loop {
 bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, const vit_log *log,
                   const vit_progress *progress)
 {
-    std::vector<Slice> slices(files.size());
+    std::vector<std::vector<Slice>> slices(files.size());
     std::vector<std::string> reasons(files.size());
     std::vector<char> ok(files.size(), 0);
     Loop loop(progress, "scan", files.size());
@@ -55,7 +55,7 @@ bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, c
     }
     for (size_t i = 0; i < files.size(); i++)
         if (ok[i])
-            scan.slices.push_back(std::move(slices[i]));
+            std::move(slices[i].begin(), slices[i].end(), std::back_inserter(scan.slices));
         else
             scan.rejected.push_back(one_line(files[i]) + ": " + reasons[i]);
     return true;
@@ -169,11 +169,11 @@ bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_log *
             continue;
         std::string why;
         size_t clamped = 0;
-        if (!slice_read(*stack.slices[k], stack.encoding, static_cast<char *>(samples) + k * slice_bytes, clamped,
-                        why)) {
-            if (!loop.failed.exchange(true))
-                vit_error(log, "%s: %s", one_line(stack.slices[k]->path).c_str(), one_line(why).c_str());
-        }
+        char *out = static_cast<char *>(samples) + k * slice_bytes;
+        bool done = stack.origins.empty() ? slice_read(*stack.slices[k], stack.encoding, out, nullptr, clamped, why)
+                                          : lattice_read(stack, k, samples, clamped, why);
+        if (!done && !loop.failed.exchange(true))
+            vit_error(log, "%s: %s", one_line(stack.slices[k]->path).c_str(), one_line(why).c_str());
         clamped_all += clamped;
         loop.step();
     }

@@ -40,7 +40,8 @@ Range possible_range(const std::vector<const Slice *> &slices)
 {
     Range range{INFINITY, -INFINITY};
     for (const Slice *slice : slices)
-        for (int32_t stored : {slice->format.lowest(), slice->format.highest()}) {
+        for (double stored : {slice->format.is_wide() ? slice->stored_low : slice->format.lowest(),
+                              slice->format.is_wide() ? slice->stored_high : slice->format.highest()}) {
             double value = slice->slope * stored + slice->intercept;
             range.low = std::min(range.low, value);
             range.high = std::max(range.high, value);
@@ -53,7 +54,7 @@ bool all_as_stored(const std::vector<const Slice *> &slices, Encoding &encoding)
     const Slice &first = *slices.front();
     int32_t low = first.format.lowest(), high = first.format.highest();
     for (const Slice *slice : slices) {
-        if (slice->slope != first.slope || slice->intercept != first.intercept)
+        if (slice->slope != first.slope || slice->intercept != first.intercept || slice->format.is_wide())
             return false;
         low = std::min(low, slice->format.lowest());
         high = std::max(high, slice->format.highest());
@@ -79,11 +80,15 @@ void choose_encoding(Stack &stack)
     double wide = range.high - range.low;
     if (first.is_hu) {
         /* 16-bit cells could express more than any tissue or metal reads: keep exactness where values really are. */
-        range.low = std::max(range.low, -8192.0);
+        range.low = std::max(first.format.is_wide() ? std::min(range.low, AIR_HU) : range.low, -8192.0);
         range.high = std::max(range.low, std::min(range.high, 57343.0));
     }
     double least = (range.high - range.low) / 65535, step = std::fabs(first.slope);
+    bool wide_cells = false;
     for (const Slice *slice : stack.slices) {
+        wide_cells = wide_cells || slice->format.is_wide();
+        if (slice->format.is_wide() && !slice->integral)
+            step = 0;
         for (double other : {std::fabs(slice->slope), std::fabs(slice->intercept - first.intercept)})
             step =
                 other > 0 && step > 0 ? common_step(std::max(step, other), std::min(step, other), least * 0.999) : step;
@@ -96,15 +101,23 @@ void choose_encoding(Stack &stack)
     double steps_high = std::floor((range.high - first.intercept) / encoding.slope + 1e-6);
     bool fits = steps_low >= -32768 && steps_high <= 32767;
     encoding.intercept = first.intercept + (fits ? 0 : encoding.slope * (steps_low + 32768));
-    if (encoding.exact)
-        stack.warnings.push_back(format("rescale-varies: slices have different rescale values; brought exactly to "
-                                        "slope %g, intercept %g%s",
-                                        encoding.slope, encoding.intercept,
-                                        wide > range.high - range.low ? " (beyond -8192..57343 HU clamped)" : ""));
+    if (!encoding.exact) /* the ends of the range are the ends of the samples */
+        encoding.intercept = range.low + 32768 * encoding.slope;
+    if (wide_cells) {
+        if (!encoding.exact)
+            warn(stack, Warning::VALUES_QUANTISED, "pixels of %u bits are rounded to steps of %g",
+                 first.format.allocated, encoding.slope);
+    } else if (encoding.exact)
+        warn(stack, Warning::RESCALE_VARIES,
+             "slices have different rescale values; brought exactly to "
+             "slope %g, intercept %g%s",
+             encoding.slope, encoding.intercept,
+             wide > range.high - range.low ? " (beyond -8192..57343 HU clamped)" : "");
     else
-        stack.warnings.push_back(format("rescale-requantised: rescale values of the slices have no common step; values "
-                                        "are rounded to steps of %g",
-                                        encoding.slope));
+        warn(stack, Warning::RESCALE_REQUANTISED,
+             "rescale values of the slices have no common step; values "
+             "are rounded to steps of %g",
+             encoding.slope);
 }
 
 namespace {
@@ -233,9 +246,81 @@ size_t convert_to(const Slice &slice, const PixelFormat &format, const Encoding 
 
 } // namespace
 
-size_t convert(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const void *in, void *out,
-               size_t count)
+namespace {
+
+/* Cells of 32 and 64 bits. What is no number, or padding, becomes air, or the least value of another modality. */
+template <typename In, typename Out>
+size_t convert_wide(const Slice &slice, const Encoding &encoding, const In *in, Out *out, size_t count)
 {
+    const PixelFormat &pixel = slice.format;
+    const double least = encoding.sample == VIT_SAMPLE_U16 ? 0 : -32768, most = least + 65535;
+    const double mirror = pixel.inverted ? slice.stored_low + slice.stored_high : 0, sign = pixel.inverted ? -1 : 1;
+    size_t clamped = 0;
+    auto sample = [&](double value) { return std::round((value - encoding.intercept) / encoding.slope); };
+    auto clamp = [&](double value) { return std::min(most, std::max(least, value)); };
+    double low = std::min(slice.slope * slice.stored_low, slice.slope * slice.stored_high) + slice.intercept;
+    const Out padded = Out(clamp(sample(slice.is_hu ? AIR_HU : low)));
+    for (size_t i = 0; i < count; i++) {
+        double stored = double(in[i]);
+        bool pad = !std::isfinite(stored) ||
+                   (pixel.has_real_padding && stored >= pixel.real_padding_low && stored <= pixel.real_padding_high);
+        double value = pad ? 0 : sample(slice.slope * (mirror + sign * stored) + slice.intercept);
+        clamped += !pad && (value < least || value > most);
+        out[i] = pad ? padded : Out(clamp(value));
+    }
+    return clamped;
+}
+
+template <typename Real> void mark_real(const PixelFormat &format, const Real *in, uint8_t *padded, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        padded[i] = !std::isfinite(in[i]) || (format.has_real_padding && double(in[i]) >= format.real_padding_low &&
+                                              double(in[i]) <= format.real_padding_high);
+}
+
+void mark_padding(const PixelFormat &format, const void *in, uint8_t *padded, size_t count)
+{
+    if (format.is_real && format.allocated == 64)
+        return mark_real(format, static_cast<const double *>(in), padded, count);
+    if (format.is_real)
+        return mark_real(format, static_cast<const float *>(in), padded, count);
+    std::fill(padded, padded + count, uint8_t(0));
+    if (!format.has_padding)
+        return;
+    const Cell cell(format);
+    for (size_t i = 0; i < count; i++) {
+        bool words = format.allocated == 16;
+        uint32_t raw = words ? static_cast<const uint16_t *>(in)[i] : static_cast<const uint8_t *>(in)[i];
+        int32_t stored = cell(raw);
+        padded[i] = (stored >= format.padding_low && stored <= format.padding_high) ||
+                    (words && raw == uint16_t(format.padding_low));
+    }
+}
+
+template <typename Out>
+size_t convert_any_wide(const Slice &slice, const Encoding &encoding, const void *in, Out *out, size_t count)
+{
+    const PixelFormat &pixel = slice.format;
+    if (pixel.is_real && pixel.allocated == 64)
+        return convert_wide(slice, encoding, static_cast<const double *>(in), out, count);
+    if (pixel.is_real)
+        return convert_wide(slice, encoding, static_cast<const float *>(in), out, count);
+    if (pixel.is_signed)
+        return convert_wide(slice, encoding, static_cast<const int32_t *>(in), out, count);
+    return convert_wide(slice, encoding, static_cast<const uint32_t *>(in), out, count);
+}
+
+} // namespace
+
+size_t convert(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const void *in, void *out,
+               size_t count, uint8_t *padded)
+{
+    if (padded)
+        mark_padding(format, in, padded, count);
+    if (format.is_wide() && encoding.sample == VIT_SAMPLE_I16)
+        return convert_any_wide(slice, encoding, in, static_cast<int16_t *>(out), count);
+    if (format.is_wide())
+        return convert_any_wide(slice, encoding, in, static_cast<uint16_t *>(out), count);
     bool wide = format.allocated == 16, is_signed = encoding.sample == VIT_SAMPLE_I16;
     if (wide && is_signed)
         return convert_to(slice, format, encoding, static_cast<const uint16_t *>(in), static_cast<int16_t *>(out),

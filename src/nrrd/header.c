@@ -142,6 +142,10 @@ static bool parse_rescale(const struct vit_nrrd_text *text, struct vit_nrrd_head
         if (!vit_nrrd_parse_double(&value, outs[i]) || *value || !isfinite(*outs[i]) || (i == 0 && *outs[i] == 0))
             return vit_nrrd_refuse(text, fields[i], "not a finite number%s", i == 0 ? " other than 0" : "");
     }
+    const char *is_hu = vit_nrrd_text_field(text, VIT_NRRD_FIELD_IS_HU);
+    if (is_hu && strcmp(is_hu, "false") != 0 && strcmp(is_hu, "true") != 0)
+        return vit_nrrd_refuse(text, VIT_NRRD_FIELD_IS_HU, "neither true nor false");
+    header->not_hu = is_hu && strcmp(is_hu, "false") == 0;
     return true;
 }
 

@@ -30,6 +30,7 @@ enum vit_nrrd_field {
     /* two key/value pairs of our own, kept in the same table */
     VIT_NRRD_FIELD_SLOPE,
     VIT_NRRD_FIELD_INTERCEPT,
+    VIT_NRRD_FIELD_IS_HU,
     VIT_NRRD_FIELD_COUNT
 };
 

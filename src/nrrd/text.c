@@ -17,6 +17,7 @@ static const struct {
 #undef FIELD_NAME
         [VIT_NRRD_FIELD_SLOPE] = {"vitrine slope", NULL},
     [VIT_NRRD_FIELD_INTERCEPT] = {"vitrine intercept", NULL},
+    [VIT_NRRD_FIELD_IS_HU] = {"vitrine is_hu", NULL},
 };
 
 /* Known to the format, without meaning for a picture. */
@@ -150,7 +151,7 @@ static bool take_line(struct vit_nrrd_text *text, size_t at, int line)
     const char *mark = is_pair ? pair : colon;
     size_t length = (size_t)(mark - start);
     enum vit_nrrd_field field = find_field(start, length);
-    bool ours = field == VIT_NRRD_FIELD_SLOPE || field == VIT_NRRD_FIELD_INTERCEPT;
+    bool ours = field == VIT_NRRD_FIELD_SLOPE || field == VIT_NRRD_FIELD_INTERCEPT || field == VIT_NRRD_FIELD_IS_HU;
     if (field == VIT_NRRD_FIELD_COUNT || ours != is_pair) {
         if (!is_pair && !is_ignored(start, length))
             vit_warn(text->log, "%s:%d: field is not in the NRRD format, left out", text->path, line);

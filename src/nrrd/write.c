@@ -94,6 +94,8 @@ static void write_header(FILE *f, const struct vit_nrrd_header *h, const char *d
     fprintf(f, "encoding: %s\n", h->gzip ? "gzip" : "raw");
     if (h->slope != 0 && (h->slope != 1 || h->intercept != 0))
         fprintf(f, "vitrine slope:=%.17g\nvitrine intercept:=%.17g\n", h->slope, h->intercept);
+    if (h->not_hu)
+        fputs("vitrine is_hu:=false\n", f);
     if (data_name)
         fprintf(f, "data file: %s\n", data_name);
     else

@@ -147,7 +147,7 @@ static bool find_sizes(const struct vit_nrrd_header *h, const char *path, size_t
 static bool make_info(const struct vit_nrrd_header *h, const struct quantiser *q, const char *path,
                       struct vit_volume_info *info, const struct vit_log *log)
 {
-    *info = (struct vit_volume_info){.is_hu = true, .sample = q->sample};
+    *info = (struct vit_volume_info){.is_hu = !h->not_hu, .sample = q->sample};
     info->slope = h->slope * q->step;
     info->intercept = h->slope * q->offset + h->intercept;
     info->lps_mm_from_vox = h->has_geometry ? h->lps_mm_from_index : vit_mat4_identity();
@@ -225,6 +225,7 @@ bool vit_volume_write_nrrd(const struct vit_volume *volume, const char *path, bo
         .has_geometry = true,
         .has_orientation = true,
         .lps_mm_from_index = info->lps_mm_from_vox,
+        .not_hu = !info->is_hu,
         .slope = info->slope,
         .intercept = info->intercept,
     };

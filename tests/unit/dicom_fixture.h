@@ -75,7 +75,11 @@ static inline const char *test_data(const char *name, char *path, size_t room)
 struct test_slice {
     const char *series, *modality, *sop_class, *photometric, *image_type, *frames, *transfer_syntax, *instance_uid;
     const char *orientation, *position, *spacing, *thickness, *between, *slope, *intercept, *acquisition, *kernel;
+    const char *time, *temporal, *tilt; /* AcquisitionTime, TemporalPositionIdentifier, GantryDetectorTilt */
     int series_number, instance;
+    unsigned claimed_rows; /* 0: rows */
+    const void *raw;       /* the whole of PixelData, instead of cells */
+    size_t raw_bytes;      /* of raw */
     unsigned rows, columns, samples, allocated, stored, high_bit, representation;
     bool has_padding, has_limit, has_lut;
     int padding, limit;
@@ -145,6 +149,10 @@ static inline void test_put_number(FILE *file, uint16_t group, uint16_t element,
 
 static inline void test_put_pixels(FILE *file, const struct test_slice *s)
 {
+    if (s->raw) {
+        test_put(file, 0x7fe0, s->pixel_element, "OW", s->raw, s->raw_bytes);
+        return;
+    }
     size_t count = (size_t)s->rows * s->columns * s->samples, cell_bytes = s->allocated > 8 ? 2 : 1;
     uint8_t *bytes = calloc(count + 1, 2);
     assert_non_null(bytes);
@@ -164,10 +172,12 @@ static inline void test_put_dataset(FILE *file, const struct test_slice *s)
     test_put_text(file, 0x0008, 0x0008, "CS", s->image_type);
     test_put_text(file, 0x0008, 0x0016, "UI", s->sop_class);
     test_put_text(file, 0x0008, 0x0018, "UI", s->instance_uid);
+    test_put_text(file, 0x0008, 0x0032, "TM", s->time);
     test_put_text(file, 0x0008, 0x0060, "CS", s->modality);
     test_put_text(file, 0x0010, 0x0010, "PN", "SECRET^NAME");
     test_put_text(file, 0x0018, 0x0050, "DS", s->thickness);
     test_put_text(file, 0x0018, 0x0088, "DS", s->between);
+    test_put_text(file, 0x0018, 0x1120, "DS", s->tilt);
     test_put_text(file, 0x0018, 0x1210, "SH", s->kernel);
     test_put_text(file, 0x0020, 0x000e, "UI", s->series);
     test_put_number(file, 0x0020, 0x0011, s->series_number);
@@ -175,10 +185,11 @@ static inline void test_put_dataset(FILE *file, const struct test_slice *s)
     test_put_number(file, 0x0020, 0x0013, s->instance);
     test_put_text(file, 0x0020, 0x0032, "DS", s->position);
     test_put_text(file, 0x0020, 0x0037, "DS", s->orientation);
+    test_put_text(file, 0x0020, 0x0100, "IS", s->temporal);
     test_put_us(file, 0x0028, 0x0002, "US", s->samples);
     test_put_text(file, 0x0028, 0x0004, "CS", s->photometric);
     test_put_text(file, 0x0028, 0x0008, "IS", s->frames);
-    test_put_us(file, 0x0028, 0x0010, "US", s->odd_claim ? 65535 : s->rows);
+    test_put_us(file, 0x0028, 0x0010, "US", s->odd_claim ? 65535 : s->claimed_rows ? s->claimed_rows : s->rows);
     test_put_us(file, 0x0028, 0x0011, "US", s->odd_claim ? 65535 : s->columns);
     test_put_text(file, 0x0028, 0x0030, "DS", s->spacing);
     test_put_us(file, 0x0028, 0x0100, "US", s->allocated);

@@ -231,7 +231,7 @@ static void volumes_come_back(void **state)
         struct vit_volume_info info = plain(19, 7, 5, variant & 1 ? VIT_SAMPLE_I16 : VIT_SAMPLE_U16);
         info.lps_mm_from_vox =
             (struct vit_mat4){{{0.957, 0, 0, 1.0 / 3}, {0, -0.957, 0.2, 2}, {0, 0, 1.5, 3}, {0, 0, 0, 1}}};
-        info.slope = 1.0 / 7, info.intercept = -1024;
+        info.slope = 1.0 / 7, info.intercept = -1024, info.is_hu = variant < 2;
         struct vit_volume *a = noise(info);
         assert_true(vit_volume_finish(a, NULL));
         const char *path = variant & 2 ? detached_name : file_name;
@@ -242,6 +242,7 @@ static void volumes_come_back(void **state)
         assert_memory_equal(got->n, info.n, sizeof info.n);
         assert_memory_equal(&got->lps_mm_from_vox, &info.lps_mm_from_vox, sizeof info.lps_mm_from_vox);
         assert_true(got->sample == info.sample && got->slope == info.slope && got->intercept == info.intercept);
+        assert_int_equal(got->is_hu, info.is_hu);
         assert_memory_equal(vit_volume_samples(a), vit_volume_samples(b), vit_volume_info_bytes(&info));
         vit_volume_destroy(&a);
         vit_volume_destroy(&b);

@@ -1,0 +1,128 @@
+#!/usr/bin/python3
+"""dicom_seeds.py FOLDER - writes the synthetic files of tests/fuzz/seeds/dicom that hold more than dicom_fixture.h can
+write: JPEG 2000, multi-frame, float pixels, DICOMDIR. Needs python3-pydicom, numpy and gdcmconv (libgdcm-tools). The
+files are kept in the tree; this is where they came from. tests/unit/dicom_frames_test.c knows the values:
+stored(frame, row, column) = 100 * frame + 10 * row + column - 20, signed 16 bits, HU = stored * 2 - 100."""
+import os
+import subprocess
+import sys
+
+import numpy as np
+from pydicom.dataset import Dataset, FileMetaDataset
+from pydicom.encaps import encapsulate
+from pydicom.sequence import Sequence
+from pydicom.uid import ExplicitVRLittleEndian, JPEG2000Lossless
+
+ROWS, COLUMNS = 6, 10
+
+
+def cells(frame):
+    row, column = np.mgrid[0:ROWS, 0:COLUMNS]
+    return (100 * frame + 10 * row + column - 20).astype("<i2")
+
+
+def base(sop_class):
+    data = Dataset()
+    data.file_meta = FileMetaDataset()
+    data.file_meta.MediaStorageSOPClassUID = sop_class
+    data.file_meta.MediaStorageSOPInstanceUID = "2.25.1"
+    data.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
+    data.is_little_endian, data.is_implicit_VR = True, False
+    data.SOPClassUID, data.SOPInstanceUID = sop_class, "2.25.1"
+    data.StudyInstanceUID, data.SeriesInstanceUID = "2.25.2", "2.25.3"
+    data.Modality, data.SeriesNumber, data.InstanceNumber = "CT", 1, 1
+    data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
+    data.Rows, data.Columns = ROWS, COLUMNS
+    data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 1
+    return data
+
+
+def item(**attributes):
+    group = Dataset()
+    for name, value in attributes.items():
+        setattr(group, name, value)
+    return Sequence([group])
+
+
+def single():
+    data = base("1.2.840.10008.5.1.4.1.1.2")
+    data.ImagePositionPatient, data.ImageOrientationPatient = [0, 0, 0], [1, 0, 0, 0, 1, 0]
+    data.PixelSpacing, data.SliceThickness = [1, 1], 2
+    data.RescaleSlope, data.RescaleIntercept, data.RescaleType = 2, -100, "HU"
+    data.PixelData = cells(0).tobytes()
+    return data
+
+
+def enhanced(frames, phases=1):
+    """Frames lie at z = 3 * place; spacing is shared, orientation and rescale are each frame's own."""
+    data = base("1.2.840.10008.5.1.4.1.1.2.1")
+    data.NumberOfFrames = frames
+    shared = Dataset()
+    shared.PixelMeasuresSequence = item(PixelSpacing=[0.5, 0.75], SliceThickness=3)
+    data.SharedFunctionalGroupsSequence = Sequence([shared])
+    groups = []
+    for f in range(frames):
+        group = Dataset()
+        place, phase = f // phases, f % phases
+        group.FrameContentSequence = item(StackID="1", InStackPositionNumber=place + 1, TemporalPositionIndex=phase + 1)
+        group.PlanePositionSequence = item(ImagePositionPatient=[5, 6, 3 * place])
+        group.PlaneOrientationSequence = item(ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+        group.PixelValueTransformationSequence = item(RescaleIntercept=-100, RescaleSlope=2, RescaleType="HU")
+        group.CTImageFrameTypeSequence = item(FrameType=["ORIGINAL", "PRIMARY", "VOLUME", "NONE"])
+        groups.append(group)
+    data.PerFrameFunctionalGroupsSequence = Sequence(groups)
+    data.PixelData = b"".join(cells(f).tobytes() for f in range(frames))
+    return data
+
+
+def codestream(frame, folder):
+    """One frame as a JPEG 2000 codestream, through gdcmconv."""
+    data = single()
+    data.PixelData = cells(frame).tobytes()
+    plain, coded = os.path.join(folder, "plain"), os.path.join(folder, "coded")
+    data.save_as(plain, write_like_original=False)
+    subprocess.run(["gdcmconv", "--j2k", plain, coded], check=True)
+    text = open(coded, "rb").read()
+    start = text.index(b"\xff\x4f\xff\x51")
+    os.remove(plain)
+    os.remove(coded)
+    return text[start:text.rindex(b"\xff\xd9") + 2]
+
+
+def save(data, folder, name, pixels=None):
+    if pixels is not None:
+        data.file_meta.TransferSyntaxUID = JPEG2000Lossless
+        data.PixelData = pixels
+        data["PixelData"].is_undefined_length = True
+    data.save_as(os.path.join(folder, name), write_like_original=False)
+
+
+def main(folder):
+    os.makedirs(folder, exist_ok=True)
+    streams = [codestream(f, folder) for f in range(4)]
+    save(single(), folder, "j2k", encapsulate([streams[0]]))
+    save(single(), folder, "j2k_fragments", encapsulate([streams[0]], fragments_per_frame=3))
+    jp2 = b"\0\0\0\x0cjP  \r\n\x87\n" + b"\0\0\0\x14ftypjp2 \0\0\0\0jp2 " + b"\0\0\0\x2djp2h" + \
+        b"\0\0\0\x16ihdr" + ROWS.to_bytes(4, "big") + COLUMNS.to_bytes(4, "big") + b"\0\x01\x8f\x07\0\0" + \
+        b"\0\0\0\x0fcolr\x01\0\0\0\0\0\x11" + b"\0\0\0\0jp2c" + streams[0]
+    save(single(), folder, "j2k_in_jp2", encapsulate([jp2]))
+    save(enhanced(4), folder, "enhanced")
+    save(enhanced(4, 2), folder, "enhanced_phases")
+    save(enhanced(4), folder, "enhanced_j2k", encapsulate(streams))
+    save(enhanced(4), folder, "enhanced_j2k_no_table", encapsulate(streams, fragments_per_frame=2, has_bot=False))
+    save(enhanced(4), folder, "enhanced_j2k_table", encapsulate(streams, fragments_per_frame=2, has_bot=True))
+    for name, kind, bits in (("float", "<f4", 32), ("double", "<f8", 64)):
+        data = single()
+        del data.PixelData
+        values = cells(0).astype(kind) + 0.25
+        values[0, 0] = np.nan
+        if bits == 32:
+            data.FloatPixelData = values.tobytes()
+        else:
+            data.DoubleFloatPixelData = values.tobytes()
+        data.BitsAllocated = bits
+        del data.BitsStored, data.HighBit, data.PixelRepresentation
+        save(data, folder, name)
+
+
+main(sys.argv[1])
