@@ -1,10 +1,14 @@
-// VIT_SLABS_PER_PASS slabs composited front to back before one blend (WVW94 §2; thickness: LHJ99).
+// Slabs composited front to back in one pass (WVW94 §2; thickness: LHJ99), VIT_SLABS_PER_PASS at most.
 // A pixel takes each slab for the part of it that its ray spends in the visible box.
 //
 //   VIT_SLAB   HU at a slab's two faces, looked up in the pre-integrated table
 //   VIT_POST   HU in a slab's middle, looked up in a table of homogeneous slabs
 //   neither    texels that were classified before filtering
 //   VIT_REDUCE no light at all: HU at the faces, for MIP, MinIP and mean (VIT_MINIP, VIT_MEAN)
+uniform vec2 middle_px;        // the image's centre
+uniform vec3 tex_from_x;       // texture coordinates per pixel to the right and up: of the ray's point in the plane
+uniform vec3 tex_from_y;       // through the box's centre (ortho), or of its step per mm of depth (perspective)
+uniform vec3 tex_origin;
 uniform vec3 box_low;          // the visible box, texture coordinates
 uniform vec3 box_high;
 uniform vec3 tex_toward;       // ortho: texture coordinates per mm toward the eye; perspective: the eye
@@ -12,48 +16,85 @@ uniform float near_limit_mm;   // nothing nearer to the eye is drawn
 uniform float eye_mm;          // perspective: distance from the eye to the box's centre
 uniform float px_per_eye;      // perspective: pixel size over eye_mm
 uniform float slab_mm;
+uniform vec3 draw_low;         // the part of the visible box that holds anything to see
+uniform vec3 draw_high;
 #ifdef VIT_SKIP_EMPTY
-uniform VIT_SAMPLER_3D occupancy; // 0 where nothing within a brick is visible
-uniform vec3 occupancy_from_tex;
+uniform VIT_SAMPLER_3D occupancy; // cells to the nearest one with anything to see, over 255 (Chebyshev); 0 in such a one
+uniform vec3 occupancy_n;
+uniform vec3 occupancy_from_tex; // cells per texture coordinate
+uniform float cell_margin;       // what is said of a cell holds so far around it, in cells
+#ifdef VIT_SLAB
+uniform vec2 visible_hu; // slabs with both faces below the first, or above the second, are invisible
+#endif
+#endif
+#ifdef VIT_OPAQUE_FRONT
+uniform float clear_enough; // what is behind so much opacity is left out: 1 - opacity
 #endif
 #ifdef VIT_LIGHT_GAIN
 uniform float light_gain; // texels were lit before they were filtered, and divided by this
 #endif
 
-VIT_VARYING vec3 ray;
-VIT_VARYING vec2 screen_px;
 VIT_VARYING float pass_near_mm;
 
 #ifdef VIT_AXIS_GROUPS
 uniform sampler2D table; // s: HU at the back (or in the middle), t: HU at the front
 #endif
 
+// x: depth where the ray leaves the box toward the eye, y: where it entered. A ray in parallel to two faces (to within
+// a billionth of the box on its way) is between them or not; one that runs in a face is in, as in the reference. It
+// must not end where it "crosses" that face.
+vec2 box_depths(vec3 base, vec3 along, vec3 low, vec3 high)
+{
+    float most = max(max(abs(along.x), abs(along.y)), abs(along.z));
+    vec3 level = vec3(lessThanEqual(abs(along), vec3(1e-9 * most)));
+    vec3 divisor = mix(along, vec3(1e-20), level);
+    vec3 at_low = (low - 1e-6 * level - base) / divisor;
+    vec3 at_high = (high + 1e-6 * level - base) / divisor;
+    vec3 enter = min(at_low, at_high);
+    vec3 leave = max(at_low, at_high);
+    return vec2(min(min(leave.x, leave.y), leave.z), max(max(enter.x, enter.y), enter.z));
+}
+
+#ifdef VIT_SKIP_EMPTY
+// Slabs from a place in the texture of cells to the end of its cell, or of the cube of empty cells about it; negative:
+// there may be something in the cell. What is said of a cell holds `margin` cells around it.
+float slabs_alike(vec3 cell, vec3 forward, vec3 slabs_per_cell, vec3 cells, float margin)
+{
+    vec3 corner = floor(cell);
+    float reach = floor(255.0 * VIT_TEXTURE_3D(occupancy, (corner + 0.5) * cells).r + 0.5);
+    float around = max(reach, 1.0) + margin;
+    vec3 exit = (corner - cell + mix(vec3(1.0 - around), vec3(around), forward)) * slabs_per_cell;
+    float slabs = floor(min(min(exit.x, exit.y), exit.z));
+    return reach > 0.0 ? slabs : -max(slabs, 1.0);
+}
+#endif
+
 void main()
 {
+    // From the pixel itself: outlines of other passes, or with less left out, lead to the same bits.
+    vec2 screen_px = gl_FragCoord.xy - middle_px;
+    vec3 ray = tex_origin + screen_px.x * tex_from_x + screen_px.y * tex_from_y;
     // Texture coordinates at depth z [mm toward the eye from the box's centre]: base + z·along.
 #ifdef VIT_PERSPECTIVE
     vec3 base = tex_toward + eye_mm * ray;
     vec3 along = -ray;
     vec2 slope = screen_px * px_per_eye;
-    float stretch = sqrt(1.0 + dot(slope, slope)) / slab_mm; // path through a slab over its thickness
+    float thicken = sqrt(1.0 + dot(slope, slope)) / slab_mm; // path through a slab over its thickness
 #else
     vec3 base = ray;
     vec3 along = tex_toward;
-    float stretch = 1.0 / slab_mm;
+    float thicken = 1.0 / slab_mm;
 #endif
-    // A ray in parallel to two faces (to within a billionth of the box on its way) is between them or not; one that
-    // runs in a face is in, as in the reference. It must not end where it "crosses" that face.
-    float most = max(max(abs(along.x), abs(along.y)), abs(along.z));
-    vec3 level = vec3(lessThanEqual(abs(along), vec3(1e-9 * most)));
-    vec3 divisor = mix(along, vec3(1e-20), level);
-    vec3 at_low = (box_low - 1e-6 * level - base) / divisor;
-    vec3 at_high = (box_high + 1e-6 * level - base) / divisor;
-    vec3 enter = min(at_low, at_high);
-    vec3 leave = max(at_low, at_high);
-    float far_mm = max(max(enter.x, enter.y), enter.z);
-    float near_mm = min(min(min(leave.x, leave.y), leave.z), near_limit_mm);
-
-    float front_mm = min(max(pass_near_mm, far_mm), near_mm);
+    vec2 box = box_depths(base, along, box_low, box_high);
+    float near_mm = min(box.x, near_limit_mm), far_mm = box.y;
+    vec2 draw = box_depths(base, along, draw_low, draw_high);
+    // Slab i of this pass lies between depths pass_near_mm - i·slab_mm and one slab further; the ends are generous,
+    // a slab that the ray does not meet has no thickness.
+    float at = max(floor((pass_near_mm - min(draw.x, near_limit_mm)) / slab_mm - 0.001), 0.0);
+    float end = min(ceil((pass_near_mm - draw.y) / slab_mm + 0.001), float(VIT_SLABS_PER_PASS));
+    float pass_mm = pass_near_mm, step_mm = slab_mm;
+#define DEPTH(i) min(max(pass_mm - (i) * step_mm, far_mm), near_mm)
+    float front_mm = DEPTH(at);
 #ifdef VIT_REDUCE
     // What a ray is reduced to: its greatest place in the table (MIP), the greatest from its end (MinIP), or its share
     // of the mean; alpha says that there is a ray (mean: how much of it).
@@ -61,8 +102,11 @@ void main()
     vec2 mean = vec2(0.0);
     float whole_mm = max(near_mm - far_mm, 1e-20);
     float front = texel_at(base + front_mm * along).r;
-    for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
-        float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
+    for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
+        if (at >= end)
+            break;
+        at += 1.0;
+        float back_mm = DEPTH(at);
         float back = texel_at(base + back_mm * along).r;
 #ifdef VIT_MEAN
         float share = (front_mm - back_mm) / whole_mm;
@@ -83,51 +127,136 @@ void main()
 #endif
 #else
     vec4 sum = vec4(0.0);
+    // What loops need is copied out of the uniforms first: some drivers fetch those anew each time around.
+#ifdef VIT_OPAQUE_FRONT
+    float clear = clear_enough;
+#endif
+#if defined(VIT_SKIP_EMPTY) && defined(VIT_SLAB)
+    float low = visible_hu.x, high = visible_hu.y;
+#define VISIBLE(front, back) (max(front, back) > low && min(front, back) < high)
+#endif
 #ifdef VIT_SKIP_EMPTY
-    vec3 pass_middle = base + (pass_near_mm - 0.5 * float(VIT_SLABS_PER_PASS) * slab_mm) * along;
-    bool empty = VIT_TEXTURE_3D(occupancy, pass_middle * occupancy_from_tex).r < 0.5;
-#else
-    const bool empty = false;
+    vec3 cell_base = base * occupancy_from_tex, cell_along = along * occupancy_from_tex;
+    vec3 forward = step(0.0, -along), cells = 1.0 / occupancy_n;
+    vec3 still = vec3(lessThan(abs(cell_along), vec3(1e-12)));
+    vec3 slabs_per_cell = -1.0 / (mix(cell_along, mix(vec3(1e-12), vec3(-1e-12), forward), still) * slab_mm);
+    float margin = cell_margin;
 #endif
+    // What is empty is jumped over, what is invisible is gone through, what is visible is composited, and again. Drivers
+    // that run many pixels at once pay for a branch whether it is taken or not, but not for a loop that none of them is
+    // in any more: so each is a loop of its own.
+    for (int stretch = 0; stretch < VIT_SLABS_PER_PASS; stretch++) {
+        float run = 1.0;
 #ifdef VIT_SLAB
-    float front = table_coordinate(texel_at(base + front_mm * along).r);
+        float front = 0.0, back = 0.0; // as texels have them
 #endif
-    for (int i = 1; i <= VIT_SLABS_PER_PASS; i++) {
-        if (empty)
+#ifdef VIT_SKIP_EMPTY
+        for (int search = 0; search < VIT_SLABS_PER_PASS; search++) {
+            for (int jump = 0; jump < VIT_SLABS_PER_PASS; jump++) {
+                float alike = slabs_alike(cell_base + DEPTH(at) * cell_along, forward, slabs_per_cell, cells, margin);
+                run = max(-alike, 1.0);
+                if (alike < 1.0)
+                    break;
+                at += alike;
+                if (at >= end)
+                    break;
+            }
+            if (at >= end)
+                break;
+#ifdef VIT_SLAB
+            bool visible = false;
+            front = texel_at(base + DEPTH(at) * along).r;
+            for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
+                // Four slabs at once, so that the fetches need not wait for each other.
+                float back1 = texel_at(base + DEPTH(at + 1.0) * along).r;
+                float back2 = texel_at(base + DEPTH(at + 2.0) * along).r;
+                float back3 = texel_at(base + DEPTH(at + 3.0) * along).r;
+                float back4 = texel_at(base + DEPTH(at + 4.0) * along).r;
+                bool visible1 = VISIBLE(front, back1), visible2 = VISIBLE(back1, back2);
+                bool visible3 = VISIBLE(back2, back3);
+                float passed = visible1 ? 0.0 : visible2 ? 1.0 : visible3 ? 2.0 : 3.0;
+                front = visible1 ? front : visible2 ? back1 : visible3 ? back2 : back3;
+                back = visible1 ? back1 : visible2 ? back2 : visible3 ? back3 : back4;
+                at += passed;
+                run -= passed;
+                visible = VISIBLE(front, back);
+                if (visible)
+                    break;
+                at += 1.0;
+                run -= 1.0;
+                front = back;
+                if (run < 0.5)
+                    break;
+            }
+            if (visible || at >= end)
+                break;
+#else
             break;
-        float back_mm = min(max(pass_near_mm - float(i) * slab_mm, far_mm), near_mm);
-        float k = (front_mm - back_mm) * stretch;
+#endif
+        }
+#elif defined(VIT_SLAB)
+        front = texel_at(base + DEPTH(at) * along).r;
+        back = texel_at(base + DEPTH(at + 1.0) * along).r;
+#endif
+        if (at >= end)
+            break;
+        front_mm = DEPTH(at);
 #ifdef VIT_SLAB
-        float back = table_coordinate(texel_at(base + back_mm * along).r);
-        vec4 slab = VIT_TEXTURE_2D(table, vec2(back, front));
-        front = back;
+        float front_entry = table_coordinate(front);
+#endif
+        for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
+            at += 1.0;
+            float back_mm = DEPTH(at);
+            float k = max(front_mm - back_mm, 0.0) * thicken;
+#ifdef VIT_SLAB
+            float back_entry = table_coordinate(back);
+            vec4 slab = VIT_TEXTURE_2D(table, vec2(back_entry, front_entry));
+            front_entry = back_entry;
 #else
-        vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
+            vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
-        vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(texel_at(middle).r), 0.5));
+            vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(texel_at(middle).r), 0.5));
 #else
-        vec4 slab = texel_at(middle);
+            vec4 slab = texel_at(middle);
 #endif
 #endif
-        float middle_mm = 0.5 * (front_mm + back_mm);
-        front_mm = back_mm;
-        if (k <= 0.0)
-            continue;
+            float middle_mm = 0.5 * (front_mm + back_mm);
+            front_mm = back_mm;
 #ifdef VIT_LIGHT_GAIN
-        slab.rgb *= light_gain;
+            slab.rgb *= light_gain;
 #endif
 #ifdef VIT_LIGHT
-        if (dot(slab, vec4(1.0)) > 0.0)
             light_slab(slab, k, base + middle_mm * along);
 #endif
-        // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
-        if (abs(k - 1.0) > 1e-4) {
-            // Opaque stays opaque in however thin a slab: filters make 1 a little less, and 0 to a small power is not 0
-            // where a driver takes it from a logarithm.
-            float thicker = slab.a < 0.9999995 ? 1.0 - pow(1.0 - slab.a, k) : 1.0;
-            slab *= slab.a > 1e-6 ? thicker / slab.a : k;
+            // Thickness changes: 1-(1-A)^k, and the colour by the same factor. Rounding of k is no change.
+            if (abs(k - 1.0) > 1e-4) {
+                // Opaque stays opaque in however thin a slab: filters make 1 a little less, and 0 to a small power is
+                // not 0 where a driver takes it from a logarithm.
+                float thicker = slab.a < 0.9999995 ? 1.0 - pow(1.0 - slab.a, k) : 1.0;
+                slab *= slab.a > 1e-6 ? thicker / slab.a : k;
+                slab = k > 0.0 ? slab : vec4(0.0);
+            }
+            sum += (1.0 - sum.a) * slab;
+#ifdef VIT_OPAQUE_FRONT
+            end = 1.0 - sum.a < clear ? at : end;
+#endif
+            if (at >= end)
+                break;
+#ifdef VIT_SLAB
+            front = back;
+            back = texel_at(base + DEPTH(at + 1.0) * along).r;
+#ifdef VIT_SKIP_EMPTY
+            if (!VISIBLE(front, back))
+                break;
+#endif
+#elif defined(VIT_SKIP_EMPTY)
+            run -= 1.0;
+            if (run < 0.5)
+                break;
+#endif
         }
-        sum += (1.0 - sum.a) * slab;
+        if (at >= end)
+            break;
     }
     VIT_COLOR = sum;
 #endif

@@ -16,7 +16,8 @@
     X(REDUCE, "a ray is reduced to one HU, classified once")                                                           \
     X(MINIP, "to its least")                                                                                           \
     X(MEAN, "to its mean")                                                                                             \
-    X(SKIP_EMPTY, "passes through cells with nothing to see end at once")                                              \
+    X(SKIP_EMPTY, "rays jump over cells with nothing to see")                                                          \
+    X(OPAQUE_FRONT, "rays end behind what is opaque")                                                                  \
     X(LIGHT, "slabs take the light of their middle")                                                                   \
     X(LIGHT_INDEX, "its texels carry numbers of directions")                                                           \
     X(LIGHT_SMOOTH, "the colours of the eight around are interpolated")                                                \
@@ -105,14 +106,16 @@ struct vit_plan {
     double table_mm;
     bool table_float;
     uint64_t table_bytes;
-    /* SKIP_EMPTY: a texture of one byte a brick that says where there is anything to see, made by vit_plan_occupancy */
+    /* SKIP_EMPTY: a texture of one byte a brick that says how far it is to anything to see, of vit_plan_occupancy */
     size_t occupancy_n[3];
     uint64_t occupancy_bytes;
     struct vit_plan_light light;
     enum vit_target target;
     char target_why[160];
     unsigned features;      /* of VIT_FEATURE() */
-    int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 64] */
+    double visible_hu[2];   /* at or below the first, and at or above the second, nothing is visible */
+    double clear_enough;    /* OPAQUE_FRONT: a ray ends where less of its light than this could still come through */
+    int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 4096] */
     uint64_t texture_bytes; /* of the volume's textures */
     uint64_t target_bytes;
 
@@ -140,14 +143,13 @@ enum vit_plan_result {
 VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_request *request,
                                                  const struct vit_log *log);
 
-/* Which bricks hold, or have a neighbour that holds, anything visible: cells[(k·occupancy_n[1] + j)·occupancy_n[0] + i]
- * is 255 or 0. A pass whose middle lies in a cell of 0 can add nothing: its ends are at most a brick away. False when
- * out of memory. */
-VIT_NODISCARD bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
+/* How many bricks it is to the nearest that holds anything visible, the longest of the three axes counting (Chebyshev),
+ * 255 at most: cells[(k·occupancy_n[1] + j)·occupancy_n[0] + i], 0 in a brick that does. Within the cube of bricks
+ * nearer than that, interpolation included, there is nothing to see. */
+void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
-/* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. False when
- * out of memory. */
-VIT_NODISCARD bool vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
+/* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
+void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
 /* What `auto` leads to on such a GL: 3d, or the reference where this build has nothing that runs on it. */
 enum vit_path vit_plan_auto_path(const struct vit_caps *caps);

@@ -5,14 +5,23 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 /* Warm-up frames spread over the turn, so that every shader variant and texture it needs is there before timing. */
 #define WARM_UP_FRAMES 4
 
 struct series {
-    double *frame_ms, *slices, *fragments; /* one of each per frame; one allocation, from frame_ms */
+    double *frame_ms, *cpu_ms, *slices,
+        *fragments; /* cpu_ms: of all threads; one of each per frame; one allocation, from frame_ms */
     size_t count;
 };
+
+static double cpu_ms_now(void)
+{
+    struct timespec now = {0};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
 
 static int compare_doubles(const void *a, const void *b)
 {
@@ -54,10 +63,12 @@ static enum vit_exit turn(struct series *series, struct app_scene *scene, struct
             return VIT_EXIT_FAILED;
         }
         uint64_t start = vit_clock_ns();
+        double cpu_start = cpu_ms_now();
         enum vit_exit status = frame_at((double)i / (double)series->count, scene, drawer, app);
         if (status != VIT_EXIT_DONE)
             return status;
         series->frame_ms[i] = app_ms_since(start);
+        series->cpu_ms[i] = cpu_ms_now() - cpu_start;
         series->slices[i] = drawer->stats.slices;
         series->fragments[i] = (double)drawer->stats.fragments;
     }
@@ -70,18 +81,19 @@ static json_t *result(struct series *series, const struct app_scene *scene, cons
                       const struct app *app, double setup_ms)
 {
     const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
-    double middle = median(series->frame_ms, series->count);
-    return json_pack("{s:o, s:s, s:s, s:[i,i], s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
-                     "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path),
-                     "preset", scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px,
-                     "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames",
-                     (json_int_t)series->count, "frame_ms_median", app_json_number(middle), "frame_ms_min",
-                     app_json_number(series->frame_ms[0]), "frame_ms_max",
-                     app_json_number(series->frame_ms[series->count - 1]), "load_ms", app_json_number(scene->load_ms),
-                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes,
-                     "slices", (json_int_t)median(series->slices, series->count), "fragments",
-                     (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
-                     (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
+    double middle = median(series->frame_ms, series->count), cpu = median(series->cpu_ms, series->count);
+    return json_pack(
+        "{s:o, s:s, s:s, s:[i,i], s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
+        "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path), "preset",
+        scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px, "voxels",
+        (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames", (json_int_t)series->count,
+        "frame_ms_median", app_json_number(middle), "frame_ms_min", app_json_number(series->frame_ms[0]),
+        "frame_ms_max", app_json_number(series->frame_ms[series->count - 1]), "frame_cpu_ms", app_json_number(cpu),
+        "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms", app_json_number(scene->load_ms), "setup_ms",
+        app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes, "slices",
+        (json_int_t)median(series->slices, series->count), "fragments",
+        (json_int_t)median(series->fragments, series->count), "peak_rss_bytes", (json_int_t)vit_memory_peak_bytes(),
+        "left_out", app_json_left_out(&scene->plan));
 }
 
 static double number(const json_t *object, const char *key)
@@ -100,6 +112,8 @@ static void print_table(const json_t *object, const struct app_scene *scene, con
     printf("frames      %.0f over one turn\n", number(object, "frames"));
     printf("frame       %.2f ms median, %.2f least, %.2f most\n", number(object, "frame_ms_median"),
            number(object, "frame_ms_min"), number(object, "frame_ms_max"));
+    printf("processor   %.2f ms a frame in the median, %.2f least, all threads together\n",
+           number(object, "frame_cpu_ms"), number(object, "frame_cpu_ms_min"));
     printf("load        %.0f ms\n", number(object, "load_ms"));
     printf("set-up      %.0f ms\n", number(object, "setup_ms"));
     printf("slices      %.0f, %.4g fragments a frame\n", number(object, "slices"), number(object, "fragments"));
@@ -134,12 +148,13 @@ enum vit_exit app_bench(struct app *app)
 {
     struct app_scene scene;
     struct series series = {.count = app->settings->frames > 0 ? (size_t)app->settings->frames : 1};
-    series.frame_ms = vit_alloc_zero(series.count, 3 * sizeof *series.frame_ms);
+    series.frame_ms = vit_alloc_zero(series.count, 4 * sizeof *series.frame_ms);
     if (!series.frame_ms) {
         vit_error(&app->log, "bench: out of memory for %zu frame times; ask for fewer --frames", series.count);
         return VIT_EXIT_FAILED;
     }
-    series.slices = series.frame_ms + series.count;
+    series.cpu_ms = series.frame_ms + series.count;
+    series.slices = series.cpu_ms + series.count;
     series.fragments = series.slices + series.count;
     enum vit_exit status = app_scene_open(&scene, app);
     if (status == VIT_EXIT_DONE) {

@@ -1,31 +1,80 @@
 /* What the transfer function makes invisible: the volume's border, and the space between things. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "plan_private.h"
 
-static bool brick_is_empty(const struct vit_plan *plan, const struct vit_volume_info *info,
-                           const struct vit_volume_stats *stats, size_t brick)
+/* The HU that everything visible lies between. At a step the value from the right holds: what is invisible from the
+ * left ends just before it. */
+static void visible_range(const struct vit_transfer *transfer, double hu[2])
 {
-    double a = info->slope * stats->brick_min[brick] + info->intercept;
-    double b = info->slope * stats->brick_max[brick] + info->intercept;
-    return vit_transfer_is_empty(plan->transfer, fmin(a, b), fmax(a, b));
+    const struct vit_transfer_point *points = transfer->points;
+    size_t low = 0, high = transfer->count;
+    hu[0] = -INFINITY;
+    hu[1] = INFINITY;
+    while (low < high) {
+        double upto = nextafter(points[low].hu, -INFINITY);
+        if (!vit_transfer_is_empty(transfer, fmin(fmax(hu[0], -DBL_MAX), upto), upto))
+            break;
+        hu[0] = upto;
+        low++;
+    }
+    while (high > low && vit_transfer_is_empty(transfer, points[high - 1].hu, fmin(hu[1], DBL_MAX)))
+        hu[1] = points[--high].hu;
+}
+
+/* What is asked of every brick, in raw values. */
+struct emptiness {
+    const struct vit_transfer *transfer;
+    const struct vit_volume_info *info;
+    const struct vit_volume_stats *stats;
+    double low, high; /* at or below, at or above: invisible */
+    bool gaps;        /* something between may be invisible too */
+};
+
+static struct emptiness emptiness_make(const struct vit_plan *plan, const struct vit_volume *volume)
+{
+    struct emptiness e = {
+        .transfer = plan->transfer, .info = vit_volume_get_info(volume), .stats = vit_volume_get_stats(volume)};
+    double a = (plan->visible_hu[0] - e.info->intercept) / e.info->slope;
+    double b = (plan->visible_hu[1] - e.info->intercept) / e.info->slope;
+    e.low = fmin(a, b);
+    e.high = fmax(a, b);
+    for (size_t i = 0; i < plan->transfer->count && !e.gaps; i++) {
+        double hu = plan->transfer->points[i].hu;
+        e.gaps = hu > plan->visible_hu[0] && hu < plan->visible_hu[1] && vit_transfer_is_empty(plan->transfer, hu, hu);
+    }
+    return e;
+}
+
+static bool brick_is_empty(const struct emptiness *e, size_t brick)
+{
+    int least = e->stats->brick_min[brick], greatest = e->stats->brick_max[brick];
+    if (greatest <= e->low || least >= e->high)
+        return true;
+    if (!e->gaps)
+        return false;
+    double a = e->info->slope * least + e->info->intercept, b = e->info->slope * greatest + e->info->intercept;
+    return vit_transfer_is_empty(e->transfer, fmin(a, b), fmax(a, b));
 }
 
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     memcpy(plan->draw_low, plan->clip_low, sizeof plan->draw_low);
     memcpy(plan->draw_high, plan->clip_high, sizeof plan->draw_high);
+    visible_range(plan->transfer, plan->visible_hu);
     /* What cannot be seen still counts for a ray's least, greatest and mean. */
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE || vit_plan_keeps(request, VIT_RULE_EMPTY_BORDER))
         return;
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
+    const struct emptiness emptiness = emptiness_make(plan, request->volume);
     size_t low[3] = {SIZE_MAX, SIZE_MAX, SIZE_MAX}, high[3] = {0, 0, 0}, brick = 0;
     for (size_t k = 0; k < stats->bricks[2]; k++)
         for (size_t j = 0; j < stats->bricks[1]; j++)
             for (size_t i = 0; i < stats->bricks[0]; i++, brick++) {
-                if (brick_is_empty(plan, info, stats, brick))
+                if (brick_is_empty(&emptiness, brick))
                     continue;
                 size_t at[3] = {i, j, k};
                 for (int axis = 0; axis < 3; axis++) {
@@ -49,81 +98,77 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
                            "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
 }
 
-/* Longest step in voxels along any axis for one millimetre of depth, whatever the ray's direction. */
-static double voxels_per_mm(const struct vit_plan *plan)
-{
-    const struct vit_camera *camera = &plan->camera;
-    double most = 0, stretch = 1;
-    for (int axis = 0; axis < 3; axis++) {
-        struct vit_vec3 gradient = {plan->tex_from_mm.m[axis][0], plan->tex_from_mm.m[axis][1],
-                                    plan->tex_from_mm.m[axis][2]};
-        most = fmax(most, vit_vec3_length(gradient) * (double)plan->n[axis]);
-    }
-    if (camera->perspective)
-        stretch = hypot(1, hypot(camera->width_px, camera->height_px) / 2 * camera->pixel_mm / camera->eye_mm);
-    return most * stretch;
-}
-
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
-    /* The middle of a pass stands for all of it, so its ends may be a brick away at most. */
-    double longest = fmin(VIT_PLAN_SLABS_PER_PASS_MAX, 2.0 * VIT_BRICK / (plan->slab_mm * voxels_per_mm(plan)));
-    bool composite = plan->technique == VIT_TECHNIQUE_COMPOSITE;
-    plan->slabs_per_pass = composite && longest >= 1 ? (int)longest : VIT_PLAN_SLABS_PER_PASS;
-    if (plan->target == VIT_TARGET_RGBA8)
-        plan->slabs_per_pass = VIT_PLAN_SLABS_PER_PASS_MAX; /* every blend rounds */
-    if (!composite || plan->slabs_per_pass > longest || vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE))
+    /* One pass whatever the view, so that no view needs another program; a power of two, so that few volumes do. */
+    plan->slabs_per_pass = 64;
+    while (plan->slabs_per_pass < plan->camera.diagonal_mm / plan->slab_mm + 2 &&
+           plan->slabs_per_pass < VIT_PLAN_SLABS_PER_PASS_MAX)
+        plan->slabs_per_pass *= 2;
+    if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         return;
-    plan->features |= VIT_FEATURE(SKIP_EMPTY);
-    memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
-    plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
+    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE)) {
+        plan->features |= VIT_FEATURE(SKIP_EMPTY);
+        memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
+        plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
+    }
+    if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
+        plan->features |= VIT_FEATURE(OPAQUE_FRONT);
+        plan->clear_enough = VIT_PLAN_CLEAR_ENOUGH;
+    }
 }
 
-/* out[i] = whether in[i] or a neighbour along the axis is set; `stride` cells apart, `count` of them. */
-static void widen_line(const uint8_t *in, uint8_t *out, size_t count, size_t stride)
+/* near[i] = the least of near[i] and of one more than each of three neighbours of i in other[], [0, count). */
+static void step_row(uint8_t *restrict near, const uint8_t *restrict other, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        uint8_t set = in[i * stride];
-        if (i > 0)
-            set |= in[(i - 1) * stride];
-        if (i + 1 < count)
-            set |= in[(i + 1) * stride];
-        out[i * stride] = set;
+        uint8_t least = other[i];
+        least = i > 0 && other[i - 1] < least ? other[i - 1] : least;
+        least = i + 1 < count && other[i + 1] < least ? other[i + 1] : least;
+        near[i] = least < near[i] ? (uint8_t)(least + 1) : near[i];
     }
 }
 
-bool vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+/* From a row's neighbours that were gone through before it: the row before and three of the layer before. */
+static void step_from(uint8_t *cells, const size_t n[3], ptrdiff_t j, ptrdiff_t k, ptrdiff_t way)
 {
-    const struct vit_volume_info *info = vit_volume_get_info(volume);
+    uint8_t *row = cells + ((size_t)k * n[1] + (size_t)j) * n[0];
+    ptrdiff_t rows = (ptrdiff_t)n[1], layers = (ptrdiff_t)n[2], from = k - way, before = j - way;
+    for (ptrdiff_t y = j - 1; y <= j + 1; y++)
+        if (from >= 0 && from < layers && y >= 0 && y < rows)
+            step_row(row, cells + (size_t)(from * rows + y) * n[0], n[0]);
+    if (before >= 0 && before < rows)
+        step_row(row, cells + (size_t)(k * rows + before) * n[0], n[0]);
+    for (size_t i = 1; i < n[0]; i++) {
+        size_t at = way > 0 ? i : n[0] - 1 - i, last = way > 0 ? at - 1 : at + 1;
+        row[at] = row[last] < row[at] ? (uint8_t)(row[last] + 1) : row[at];
+    }
+}
+
+/* Chebyshev distance by two sweeps over all 26 neighbours, which is exact (Rosenfeld and Pfaltz 1968). */
+void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+{
+    const struct emptiness emptiness = emptiness_make(plan, volume);
+    const size_t *n = emptiness.stats->bricks;
+    ptrdiff_t count = (ptrdiff_t)(n[0] * n[1] * n[2]), rows = (ptrdiff_t)n[1], layers = (ptrdiff_t)n[2];
+    for (ptrdiff_t brick = 0; brick < count; brick++)
+        cells[brick] = brick_is_empty(&emptiness, (size_t)brick) ? 255 : 0;
+    for (ptrdiff_t k = 0; k < layers; k++)
+        for (ptrdiff_t j = 0; j < rows; j++)
+            step_from(cells, n, j, k, 1);
+    for (ptrdiff_t k = layers - 1; k >= 0; k--)
+        for (ptrdiff_t j = rows - 1; j >= 0; j--)
+            step_from(cells, n, j, k, -1);
+}
+
+void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+{
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
-    /* A slab between two voxels of air and bone may have its middle in the air's brick. */
-    if (plan->classify == VIT_CLASSIFY_SLAB)
-        return vit_plan_occupancy(plan, volume, cells);
-    /* A cell that shows anything has all its corners in bricks that are not empty: their aprons hold the whole cell. */
+    vit_plan_occupancy(plan, volume, cells);
+    /* A slab between two voxels of air and bone may have its middle in the air's brick. Else a cell that shows anything
+     * has all its corners in bricks that are not empty: their aprons hold the whole cell. */
+    int reach = plan->classify == VIT_CLASSIFY_SLAB ? 1 : 0;
     for (size_t brick = 0; brick < stats->bricks[0] * stats->bricks[1] * stats->bricks[2]; brick++)
-        cells[brick] = brick_is_empty(plan, info, stats, brick) ? 0 : 255;
-    return true;
-}
-
-bool vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
-{
-    const struct vit_volume_info *info = vit_volume_get_info(volume);
-    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
-    const size_t *n = stats->bricks;
-    size_t count = n[0] * n[1] * n[2], stride = 1;
-    uint8_t *other = vit_alloc(count, 1);
-    if (!other)
-        return false;
-    for (size_t brick = 0; brick < count; brick++)
-        cells[brick] = brick_is_empty(plan, info, stats, brick) ? 0 : 255;
-    for (int axis = 0; axis < 3; axis++) {
-        memcpy(other, cells, count);
-        for (size_t i = 0; i < count; i++)
-            if (i / stride % n[axis] == 0)
-                widen_line(other + i, cells + i, n[axis], stride);
-        stride *= n[axis];
-    }
-    vit_free(other);
-    return true;
+        cells[brick] = cells[brick] <= reach ? 255 : 0;
 }

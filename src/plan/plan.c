@@ -36,7 +36,8 @@ size_t vit_target_bytes(enum vit_target target)
 
 const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
-    {VIT_RULE_EMPTY_SPACE, "passes of slabs end at once where the transfer function makes everything near invisible"},
+    {VIT_RULE_EMPTY_SPACE, "rays jump over the space that the transfer function makes invisible"},
+    {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/4096"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };

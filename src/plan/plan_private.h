@@ -6,10 +6,12 @@
 
 #define VIT_RULE_EMPTY_BORDER "empty-border"
 #define VIT_RULE_EMPTY_SPACE  "empty-space"
+#define VIT_RULE_OPAQUE_FRONT "opaque-front"
 #define VIT_RULE_DITHER       "dither"
-/* Slabs composited in the shader before one blend: where nothing else decides, and at most. */
-#define VIT_PLAN_SLABS_PER_PASS     8
-#define VIT_PLAN_SLABS_PER_PASS_MAX 64
+/* Slabs composited in the shader before one blend, at most. */
+#define VIT_PLAN_SLABS_PER_PASS_MAX 4096
+/* What comes through so little is left out: it cannot change a byte of the picture by more than 1/16. */
+#define VIT_PLAN_CLEAR_ENOUGH (1.0 / 4096)
 /* Entries a side of the pre-integrated table, and of the table of homogeneous slabs. */
 #define VIT_PLAN_SLAB_ENTRIES 512
 #define VIT_PLAN_POST_ENTRIES 2048

@@ -49,10 +49,11 @@ static size_t number_bricks(struct ref_lights *lights, const struct vit_volume *
     uint8_t *wanted = vit_alloc(count, 1);
     size_t slots = 0;
     lights->slot = vit_alloc(count, sizeof *lights->slot);
-    if (!wanted || !lights->slot || !vit_plan_lit_bricks(plan, volume, wanted)) {
+    if (!wanted || !lights->slot) {
         vit_free(wanted);
         return SIZE_MAX;
     }
+    vit_plan_lit_bricks(plan, volume, wanted);
     for (size_t brick = 0; brick < count; brick++)
         lights->slot[brick] = wanted[brick] ? (int32_t)slots++ : -1;
     vit_free(wanted);

@@ -11,11 +11,11 @@ bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, c
         return true;
     vit_occupancy_clear(occupancy);
     uint8_t *cells = vit_alloc((size_t)plan->occupancy_bytes, 1);
-    if (!cells || !vit_plan_occupancy(plan, volume, cells)) {
+    if (!cells) {
         vit_error(vit_gl_log(gl), "out of memory for the empty-space texture");
-        vit_free(cells);
         return false;
     }
+    vit_plan_occupancy(plan, volume, cells);
     const size_t *n = plan->occupancy_n;
     if (!vit_fault())
         glGenTextures(1, &occupancy->texture);

@@ -1,4 +1,5 @@
 /* Executes a plan: textures and program when prepared, slabs front to back when drawn. */
+#include <math.h>
 #include <string.h>
 
 #include "render_private.h"
@@ -10,7 +11,8 @@
     X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
-    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain)
+    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
+    X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu)
 /* clang-format on */
 
 struct program {
@@ -187,14 +189,13 @@ static void set_axis(const struct program *program, const struct vit_plan *plan,
     glUniform4fv(program->axis_from, program->axis_groups, from);
     glUniform4fv(program->axis_scale, program->axis_groups, scale);
     glUniform4fv(program->axis_share, program->axis_groups, share);
+    /* In texel values, which may run the other way. */
+    double ends[2];
+    for (int i = 0; i < 2; i++)
+        ends[i] = fmax(-1e30, fmin(1e30, (plan->visible_hu[i] - texture->hu_origin) / texture->hu_per_value));
+    glUniform2f(program->visible_hu, (GLfloat)fmin(ends[0], ends[1]), (GLfloat)fmax(ends[0], ends[1]));
     glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
     glUniform1i(program->table, 1);
-}
-
-/* Bricks overshoot the volume where its size is no multiple of theirs. */
-static GLfloat occupancy_from_tex(const struct vit_plan *plan, int axis)
-{
-    return (GLfloat)plan->n[axis] / (GLfloat)(plan->occupancy_n[axis] * VIT_BRICK);
 }
 
 static void set_uniforms(const struct program *program, const struct vit_plan *plan)
@@ -220,14 +221,22 @@ static void set_uniforms(const struct program *program, const struct vit_plan *p
     set_vec3(program->tex_from_y, vit_mat4_direction(tex_from_view, (struct vit_vec3){0, pixel, 0}));
     set_vec3(program->box_low, (struct vit_vec3){plan->clip_low[0], plan->clip_low[1], plan->clip_low[2]});
     set_vec3(program->box_high, (struct vit_vec3){plan->clip_high[0], plan->clip_high[1], plan->clip_high[2]});
+    set_vec3(program->draw_low, (struct vit_vec3){plan->draw_low[0], plan->draw_low[1], plan->draw_low[2]});
+    set_vec3(program->draw_high, (struct vit_vec3){plan->draw_high[0], plan->draw_high[1], plan->draw_high[2]});
+    glUniform1f(program->clear_enough, (float)plan->clear_enough);
     glUniform2f(program->clip_from_px, 2.0f / (float)camera->width_px, 2.0f / (float)camera->height_px);
+    glUniform2f(program->middle_px, 0.5f * (float)camera->width_px, 0.5f * (float)camera->height_px);
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
     glUniform1i(program->texels, 0);
     if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
         glUniform1i(program->occupancy, 3);
-        glUniform3f(program->occupancy_from_tex, occupancy_from_tex(plan, 0), occupancy_from_tex(plan, 1),
-                    occupancy_from_tex(plan, 2));
+        glUniform3f(program->occupancy_n, (float)plan->occupancy_n[0], (float)plan->occupancy_n[1],
+                    (float)plan->occupancy_n[2]);
+        /* Half a voxel, but for rounding. */
+        glUniform1f(program->cell_margin, 0.49f / VIT_BRICK);
+        glUniform3f(program->occupancy_from_tex, (float)plan->n[0] / VIT_BRICK, (float)plan->n[1] / VIT_BRICK,
+                    (float)plan->n[2] / VIT_BRICK);
     }
 }
 

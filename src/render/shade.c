@@ -53,10 +53,11 @@ static bool make_directions(struct vit_shade *shade, const struct vit_volume *vo
     shade->index = vit_alloc(voxels, sizeof *shade->index);
     if (!shade->sphere)
         return false;
-    if (!shade->wanted || !shade->index || !vit_plan_lit_bricks(plan, volume, shade->wanted)) {
+    if (!shade->wanted || !shade->index) {
         vit_error(log, "out of memory for the directions of %zu voxels", voxels);
         return false;
     }
+    vit_plan_lit_bricks(plan, volume, shade->wanted);
     params.kernel = model->kernel;
     params.brick_wanted = shade->wanted;
     return vit_normals_fill(volume, shade->sphere, &params, shade->index, NULL, log, progress);

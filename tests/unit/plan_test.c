@@ -160,46 +160,122 @@ static void empty_border_is_not_drawn(void **state)
     assert_non_null(strstr(scene->last, "empty-border"));
 }
 
-/* A pass may be as long as its middle can speak for: a brick either way, whatever the slabs' thickness. */
-static void passes_are_as_long_as_empty_space_allows(void **state)
+/* Every view of a volume is drawn in one pass by one program; what is too long for it takes more. */
+static void a_pass_holds_the_slabs_of_any_view(void **state)
 {
     struct scene *scene = *state;
     struct vit_plan_request request = ask(scene);
     static const struct {
         double rate;
         int slabs;
-    } cases[] = {{0.25, 4}, {1, 16}, {2, 32}, {8, 64}};
+    } cases[] = {{0.25, 64}, {1, 128}, {2, 256}, {8, 1024}, {100, 4096}};
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         scene->preset.sampling.slices_per_voxel = cases[i].rate;
+        request.view.azimuth_rad = (double)i;
         struct vit_plan plan = make(scene, &request);
-        assert_true(plan.features & VIT_FEATURE(SKIP_EMPTY));
         assert_int_equal(plan.slabs_per_pass, cases[i].slabs);
+        assert_true(plan.slab_count <= plan.slabs_per_pass || cases[i].rate == 100);
     }
-    scene->preset.sampling.slices_per_voxel = 1.0 / 32; /* slabs thicker than two bricks */
-    assert_false(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
     scene->preset.sampling.slices_per_voxel = 1;
-    request.caps.color_buffer_float = request.caps.color_buffer_half_float = 0; /* few blends matter more */
-    assert_int_equal(make(scene, &request).slabs_per_pass, 64);
+}
+
+static void empty_space_and_what_is_behind_can_be_kept(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const unsigned both = VIT_FEATURE(SKIP_EMPTY) | VIT_FEATURE(OPAQUE_FRONT);
+    struct vit_plan plan = make(scene, &request);
+    assert_int_equal(plan.features & both, both);
+    assert_true(plan.clear_enough > 0 && plan.clear_enough <= 1.0 / 4096);
+    static const char *const keep[] = {"empty-space", "opaque-front"};
+    request.keep = keep;
+    request.keep_count = 1;
+    assert_int_equal(make(scene, &request).features & both, VIT_FEATURE(OPAQUE_FRONT));
+    request.keep_count = 2;
+    assert_int_equal(make(scene, &request).features & both, 0);
+    request.keep_count = 0;
     scene->preset.technique = VIT_TECHNIQUE_MIP; /* what is invisible may be the greatest */
-    assert_false(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    assert_int_equal(make(scene, &request).features & both, 0);
     scene->preset.technique = VIT_TECHNIQUE_COMPOSITE;
 }
 
-/* The visible cube spans voxels 20 to 27 and interpolation a voxel more: bricks 2 and 3 of each axis; one brick around.
- */
-static void occupancy_reaches_one_brick_further(void **state)
+/* The visible cube spans voxels 20 to 27 and interpolation a voxel more: bricks 2 and 3 of each axis. */
+static void occupancy_tells_the_distance(void **state)
 {
     struct scene *scene = *state;
     struct vit_plan_request request = ask(scene);
     struct vit_plan plan = make(scene, &request);
     uint8_t cells[8 * 6 * 5];
     assert_int_equal(plan.occupancy_bytes, sizeof cells);
-    assert_true(vit_plan_occupancy(&plan, scene->volume, cells));
+    vit_plan_occupancy(&plan, scene->volume, cells);
     for (size_t i = 0; i < sizeof cells; i++) {
-        size_t x = i % 8, y = i / 8 % 6, z = i / 48;
-        bool near = x >= 1 && x <= 4 && y >= 1 && y <= 4 && z >= 1 && z <= 4;
-        assert_int_equal(cells[i], near ? 255 : 0);
+        const int at[3] = {(int)(i % 8), (int)(i / 8 % 6), (int)(i / 48)};
+        int want = 0;
+        for (int axis = 0; axis < 3; axis++) {
+            int away = at[axis] < 2 ? 2 - at[axis] : at[axis] > 3 ? at[axis] - 3 : 0;
+            want = away > want ? away : want;
+        }
+        assert_int_equal(cells[i], want);
     }
+}
+
+/* Against the nearest by looking at all: a phantom of many pieces. */
+static void occupancy_is_the_least_distance(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_volume *volume = vit_phantom_build(vit_phantom_find("head"), NULL, NULL);
+    assert_non_null(volume);
+    request.volume = volume;
+    struct vit_plan plan = make(scene, &request);
+    const size_t *n = plan.occupancy_n;
+    uint8_t *cells = malloc((size_t)plan.occupancy_bytes);
+    assert_non_null(cells);
+    vit_plan_occupancy(&plan, volume, cells);
+    size_t empty = 0, count = (size_t)plan.occupancy_bytes;
+    for (size_t i = 0; i < count; i += 7) {
+        int want = 255;
+        for (size_t k = 0; k < count; k++) {
+            int dx = abs((int)(k % n[0]) - (int)(i % n[0])), dy = abs((int)(k / n[0] % n[1]) - (int)(i / n[0] % n[1]));
+            int dz = abs((int)(k / n[0] / n[1]) - (int)(i / n[0] / n[1]));
+            int away = dx > dy ? dx : dy;
+            away = dz > away ? dz : away;
+            want = cells[k] == 0 && away < want ? away : want;
+        }
+        assert_int_equal(cells[i], want);
+        empty += want > 0;
+    }
+    print_message("# %zu of %zu cells looked at are empty\n", empty, count / 7);
+    assert_true(empty > 0);
+    free(cells);
+    vit_volume_destroy(&volume);
+}
+
+static void what_is_visible_lies_between(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_transfer before = scene->preset.transfer;
+    static const struct vit_transfer_point ramp[] = {{-500, {1, 1, 1}, 0}, {100, {1, 1, 1}, 0}, {200, {1, 1, 1}, 0.5}};
+    static const struct vit_transfer_point step[] = {{100, {1, 1, 1}, 0}, {100, {1, 1, 1}, 0.5}};
+    static const struct vit_transfer_point hill[] = {
+        {-100, {1, 1, 1}, 0}, {0, {1, 1, 1}, 1}, {300, {1, 1, 1}, 0}, {900, {1, 1, 1}, 0}};
+    static const struct vit_transfer_point full[] = {{0, {1, 1, 1}, 0.1}};
+    const struct {
+        const struct vit_transfer_point *points;
+        size_t count;
+        double low, high;
+    } cases[] = {
+        {ramp, 3, 100, INFINITY}, {step, 2, 100, INFINITY}, {hill, 4, -100, 300}, {full, 1, -INFINITY, INFINITY}};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        scene->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)cases[i].points;
+        scene->preset.transfer.count = cases[i].count;
+        struct vit_plan plan = make(scene, &request);
+        /* An end is outside: at it nothing is visible yet. */
+        assert_true(plan.visible_hu[0] <= cases[i].low && plan.visible_hu[0] >= nextafter(cases[i].low, -INFINITY));
+        assert_true(plan.visible_hu[1] == cases[i].high);
+    }
+    scene->preset.transfer = before;
 }
 
 static void many_control_points_make_a_coarser_table(void **state)
@@ -377,8 +453,11 @@ int main(void)
         cmocka_unit_test(slabs_cover_the_box),
         cmocka_unit_test(clip_trims_the_nearest_face),
         cmocka_unit_test(empty_border_is_not_drawn),
-        cmocka_unit_test(passes_are_as_long_as_empty_space_allows),
-        cmocka_unit_test(occupancy_reaches_one_brick_further),
+        cmocka_unit_test(a_pass_holds_the_slabs_of_any_view),
+        cmocka_unit_test(occupancy_tells_the_distance),
+        cmocka_unit_test(occupancy_is_the_least_distance),
+        cmocka_unit_test(empty_space_and_what_is_behind_can_be_kept),
+        cmocka_unit_test(what_is_visible_lies_between),
         cmocka_unit_test(many_control_points_make_a_coarser_table),
         cmocka_unit_test(formats_follow_capabilities),
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
