@@ -15,6 +15,7 @@
     X(PRESET, "number: 1-9")                                                                                           \
     X(VIEW, "number: an index of vit_input_views")                                                                     \
     X(AUTOROTATE, "turning by itself, on and off")                                                                     \
+    X(CONSOLE, "number: the text console to go to, from 1 (ctrl-alt-F1 and its kin)")                                  \
     X(QUIT, "the end")
 enum vit_action {
     VIT_ACTION_UNKNOWN = 0,

@@ -15,8 +15,12 @@ void vit_seat_destroy(struct vit_seat **seat);
  * lost for good. */
 int vit_seat_fd(const struct vit_seat *seat);
 VIT_NODISCARD bool vit_seat_dispatch(struct vit_seat *seat);
-/* False while somebody else has the console: nothing may be drawn, devices are dead. */
+/* False while somebody else has the console: nothing may be drawn, devices are dead. Whoever sees it become false lets
+ * go of card and input, and then says so by vit_seat_let_go(): only then can the other one begin. */
 bool vit_seat_is_active(const struct vit_seat *seat);
+void vit_seat_let_go(struct vit_seat *seat);
+/* Asks for another console, by its number from 1; what follows comes by vit_seat_dispatch(). */
+void vit_seat_switch(struct vit_seat *seat, int console);
 /* "logind", "seatd", "builtin" or "none". */
 const char *vit_seat_kind(const struct vit_seat *seat);
 
@@ -24,7 +28,8 @@ const char *vit_seat_kind(const struct vit_seat *seat);
 int vit_seat_open(struct vit_seat *seat, const char *path);
 void vit_seat_close(struct vit_seat *seat, int fd);
 
-/* Takes the console's keyboard and silences its text, where this process may; only a bare seat has to. */
+/* Takes the console's keyboard and silences its text, where this process may; only a bare seat has to. Blocks SIGUSR1
+ * and SIGUSR2 in this thread and those it makes later: by them the kernel asks for the console. */
 void vit_seat_console_take(struct vit_seat *seat);
 /* The opposite, with nothing but system calls: for whoever outlives a crash. */
 void vit_seat_console_restore(const struct vit_seat *seat);

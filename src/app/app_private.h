@@ -124,7 +124,7 @@ VIT_NODISCARD enum vit_exit app_json_print(struct app *app, json_t *object);
  */
 
 /* Cards, connectors, modes and planes, and what stands in the way. */
-void app_screens_print(const struct vit_display_card *cards, size_t count);
+void app_screens_print(FILE *out, const struct vit_display_card *cards, size_t count);
 json_t *app_screens_json(const struct vit_display_card *cards, size_t count);
 
 /* ---- words ---------------------------------------------------------------------------------------------------------

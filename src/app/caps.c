@@ -50,7 +50,7 @@ enum vit_exit app_caps(struct app *app)
     } else if (!app->settings->json) {
         if (status == VIT_EXIT_DONE)
             caps_print(&caps);
-        app_screens_print(cards, count);
+        app_screens_print(stdout, cards, count);
     }
     vit_free(cards);
     vit_gl_destroy(&gl);

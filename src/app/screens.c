@@ -1,32 +1,36 @@
 /* What there is to show on, in words that somebody who puts a machine together can act on. */
 #include "app_private.h"
 
-static void print_connector(const struct vit_display_connector *connector)
+static void print_connector(FILE *out, const struct vit_display_connector *connector)
 {
-    printf("  %-16s %s", connector->name, connector->connected ? "connected" : "nothing connected");
+    fprintf(out, "  %-16s %s", connector->name, connector->connected ? "connected" : "nothing connected");
     if (connector->connected && connector->width_mm > 0)
-        printf(", %d x %d mm", connector->width_mm, connector->height_mm);
-    putchar('\n');
+        fprintf(out, ", %d x %d mm", connector->width_mm, connector->height_mm);
+    putc('\n', out);
     for (int i = 0; i < connector->mode_count; i++) {
         const struct vit_display_mode *mode = &connector->modes[i];
-        printf("    %dx%d@%.2f%s\n", mode->width_px, mode->height_px, mode->hz, mode->preferred ? " (preferred)" : "");
+        fprintf(out, "    %dx%d@%.2f%s\n", mode->width_px, mode->height_px, mode->hz,
+                mode->preferred ? " (preferred)" : "");
     }
 }
 
-void app_screens_print(const struct vit_display_card *cards, size_t count)
+void app_screens_print(FILE *out, const struct vit_display_card *cards, size_t count)
 {
     if (count == 0)
-        puts("cards      none: KMS knows no card on this machine (no /dev/dri/card*), so `vitrine show` cannot work");
+        fputs("cards      none: KMS knows no card on this machine (no /dev/dri/card*; a driver may be missing in the "
+              "kernel), so "
+              "`vitrine show` cannot work; `vitrine snapshot` can\n",
+              out);
     for (size_t i = 0; i < count; i++) {
         const struct vit_display_card *card = &cards[i];
-        printf("card       %s%s%s: %s\n", card->path, card->driver[0] ? ", driver " : "", card->driver,
-               card->problem[0] ? card->problem : "ready for `vitrine show`");
+        fprintf(out, "card       %s%s%s: %s\n", card->path, card->driver[0] ? ", driver " : "", card->driver,
+                card->problem[0] ? card->problem : "ready for `vitrine show`");
         if (card->crtcs > 0)
-            printf("  %s mode setting, %d CRTC%s, planes: %d primary, %d overlay, %d cursor\n",
-                   card->atomic ? "atomic" : "legacy", card->crtcs, card->crtcs > 1 ? "s" : "", card->primary_planes,
-                   card->overlay_planes, card->cursor_planes);
+            fprintf(out, "  %s mode setting, %d CRTC%s, planes: %d primary, %d overlay, %d cursor\n",
+                    card->atomic ? "atomic" : "legacy", card->crtcs, card->crtcs > 1 ? "s" : "", card->primary_planes,
+                    card->overlay_planes, card->cursor_planes);
         for (int c = 0; c < card->connector_count; c++)
-            print_connector(&card->connectors[c]);
+            print_connector(out, &card->connectors[c]);
     }
 }
 

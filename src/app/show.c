@@ -7,18 +7,22 @@
 #include <fcntl.h>
 #include <math.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "vitrine/input.h"
 
-#define TURN_RAD       (5.0 * M_PI / 180) /* an arrow */
-#define ZOOM_STEP      1.1
-#define TURN_RAD_PER_S (36.0 * M_PI / 180) /* space: ten seconds for a turn */
-#define MOVING_MS      33.0                /* a frame while moving should take no longer */
-#define REST_AFTER_NS  UINT64_C(250000000)
-#define SHRINK_MAX     8
-#define SHRINK_PROBE   4
+#define TURN_RAD        (5.0 * M_PI / 180) /* an arrow */
+#define ZOOM_STEP       1.1
+#define TURN_RAD_PER_S  (36.0 * M_PI / 180) /* space: ten seconds for a turn */
+#define MOVING_MS       33.0                /* a frame while moving should take no longer */
+#define REST_AFTER_NS   UINT64_C(250000000)
+#define MASTER_RETRY_MS 200
+#define REOPEN_RETRY_MS 1000
+#define SHRINK_MAX      8
+#define SHRINK_PROBE    4
 
 struct show {
     struct app *app;
@@ -31,10 +35,16 @@ struct show {
     int shrink;           /* while moving, the picture's sides are the screen's by this */
     int wake[2];          /* pipe of the signal handlers */
     bool turning, quit, was_active;
+    bool turned;        /* the last picture was one of a turn */
+    bool unplugged;     /* somebody was told so */
+    bool reopen;        /* another screen: everything anew, but for the view and the preset */
+    int preset;         /* number of the key; 0: the command line's */
     bool dirty;         /* the screen does not show this view */
     bool rough;         /* it shows it, but not in full */
     uint64_t moved_ns;  /* when the view last changed */
     uint64_t turned_ns; /* when it last turned by itself */
+    uint64_t turn_began_ns;
+    struct vit_display_stats turn_began;
     uint64_t started_ns;
     uint64_t said_flips; /* say_at_rest looked at so many */
     enum vit_exit status;
@@ -59,9 +69,11 @@ static bool draw(struct show *show, int shrink)
 
 static bool present(struct show *show)
 {
+    bool in_a_row = show->turning && show->turned;
+    show->turned = show->turning;
     show->status = VIT_EXIT_DISPLAY;
     if (!vit_renderer_present(show->drawer.renderer, &show->scene.plan, show->view.width_px, show->view.height_px) ||
-        !vit_display_flip(show->display))
+        !vit_display_flip(show->display, in_a_row))
         return false;
     show->status = VIT_EXIT_DONE;
     return true;
@@ -113,7 +125,7 @@ static bool is_moving(const struct show *show, uint64_t now)
 static bool frame(struct show *show)
 {
     uint64_t now = vit_clock_ns();
-    if (vit_display_flip_pending(show->display) || !vit_seat_is_active(show->seat))
+    if (!vit_display_is_ready(show->display) || !vit_seat_is_active(show->seat))
         return true;
     if (show->turning) {
         show->view.azimuth_rad =
@@ -163,7 +175,23 @@ static bool take_preset(struct show *show, int number)
         return true;
     vit_preset_destroy(&show->scene.preset);
     show->scene.preset = preset;
+    show->preset = number;
     return warm_up(show);
+}
+
+/* Turning by itself on or off; afterwards what it was like, for whoever measures. */
+static void toggle_turning(struct show *show)
+{
+    struct vit_display_stats stats = vit_display_get_stats(show->display);
+    uint64_t now = vit_clock_ns();
+    show->turning = !show->turning;
+    if (!show->turning)
+        vit_debug(&show->app->log, "show: turned for %.3f s: %llu pictures, %llu refreshes missed",
+                  (double)(now - show->turn_began_ns) * 1e-9,
+                  (unsigned long long)(stats.flips - show->turn_began.flips),
+                  (unsigned long long)(stats.missed - show->turn_began.missed));
+    show->turned_ns = show->turn_began_ns = now;
+    show->turn_began = stats;
 }
 
 static bool act(struct show *show, const struct vit_input_event *event)
@@ -194,8 +222,10 @@ static bool act(struct show *show, const struct vit_input_event *event)
     case VIT_ACTION_PRESET:
         return take_preset(show, event->number);
     case VIT_ACTION_AUTOROTATE:
-        show->turning = !show->turning;
-        show->turned_ns = vit_clock_ns();
+        toggle_turning(show);
+        return true;
+    case VIT_ACTION_CONSOLE:
+        vit_seat_switch(show->seat, event->number);
         return true;
     case VIT_ACTION_QUIT:
         show->quit = true;
@@ -208,20 +238,42 @@ static bool act(struct show *show, const struct vit_input_event *event)
 /* ---- the loop -----------------------------------------------------------------------------------------------------
  */
 
-/* Somebody took the console, or gave it back. */
-static void follow_seat(struct show *show)
+/* A cable was touched, or the card came back. */
+static bool take_plug(struct show *show, enum vit_display_plug plug)
 {
-    bool active = vit_seat_is_active(show->seat);
-    if (active == show->was_active)
-        return;
-    show->was_active = active;
-    if (!active) {
-        vit_input_pause(show->input);
-        return;
+    show->status = VIT_EXIT_DONE;
+    if (plug == VIT_DISPLAY_OTHER) {
+        vit_info(&show->app->log, "show: another screen: beginning anew on it");
+        show->reopen = true;
+        return false;
     }
-    vit_input_resume(show->input);
-    vit_display_resume(show->display);
-    show->dirty = true;
+    if (plug == VIT_DISPLAY_UNPLUGGED)
+        vit_info(&show->app->log, "show: %s: the screen was unplugged; waiting for it",
+                 vit_display_text(show->display));
+    if (plug == VIT_DISPLAY_BACK) {
+        if (show->unplugged)
+            vit_info(&show->app->log, "show: %s: the screen is back", vit_display_text(show->display));
+        show->dirty = true;
+        show->turned_ns = vit_clock_ns();
+    }
+    if (plug != VIT_DISPLAY_SAME)
+        show->unplugged = plug == VIT_DISPLAY_UNPLUGGED;
+    return true;
+}
+
+/* Somebody took the console, or gave it back. The card may be somebody else's for a while longer. */
+static bool follow_seat(struct show *show)
+{
+    bool active = vit_seat_is_active(show->seat), changed = active != show->was_active;
+    show->was_active = active;
+    if (changed && !active) {
+        vit_input_pause(show->input);
+        vit_display_pause(show->display);
+        vit_seat_let_go(show->seat);
+    }
+    if (changed && active)
+        vit_input_resume(show->input);
+    return !active || vit_display_is_master(show->display) || take_plug(show, vit_display_resume(show->display));
 }
 
 /* How long nothing will happen by itself; -1: for ever. */
@@ -229,7 +281,9 @@ static int poll_timeout(const struct show *show)
 {
     int wait = vit_input_timeout_ms(show->input);
     uint64_t now = vit_clock_ns();
-    if (!vit_seat_is_active(show->seat) || vit_display_flip_pending(show->display))
+    if (vit_seat_is_active(show->seat) && !vit_display_is_master(show->display))
+        return wait < 0 || wait > MASTER_RETRY_MS ? MASTER_RETRY_MS : wait;
+    if (!vit_seat_is_active(show->seat) || !vit_display_is_ready(show->display))
         return wait;
     if (show->dirty || show->turning)
         return 0;
@@ -243,10 +297,11 @@ static int poll_timeout(const struct show *show)
 
 static bool step(struct show *show)
 {
-    enum { DISPLAY, SEAT, INPUT, WAKE, COUNT };
+    enum { DISPLAY, SEAT, INPUT, PLUG, WAKE, COUNT };
     struct pollfd files[COUNT] = {[DISPLAY] = {vit_display_fd(show->display), POLLIN, 0},
                                   [SEAT] = {vit_seat_fd(show->seat), POLLIN, 0},
                                   [INPUT] = {vit_input_fd(show->input), POLLIN, 0},
+                                  [PLUG] = {vit_display_plug_fd(show->display), POLLIN, 0},
                                   [WAKE] = {show->wake[0], POLLIN, 0}};
     if (poll(files, COUNT, poll_timeout(show)) < 0 && errno != EINTR) {
         vit_error(&show->app->log, "show: poll: %s", strerror(errno));
@@ -256,7 +311,9 @@ static bool step(struct show *show)
     show->status = VIT_EXIT_DISPLAY;
     if (app_interrupted() || (files[SEAT].revents && !vit_seat_dispatch(show->seat)))
         return false;
-    follow_seat(show);
+    if (!follow_seat(show) || (files[PLUG].revents && !take_plug(show, vit_display_plug_dispatch(show->display))))
+        return false;
+    show->status = VIT_EXIT_DISPLAY;
     if (files[DISPLAY].revents & (POLLERR | POLLHUP) && vit_seat_is_active(show->seat)) {
         vit_error(&show->app->log, "show: %s: the card is gone", vit_display_text(show->display));
         return false;
@@ -287,13 +344,15 @@ static enum vit_exit open_all(struct show *show)
 {
     struct app *app = show->app;
     const struct vit_settings *settings = app->settings;
-    const struct vit_display_params params = {settings->card, settings->connector, settings->mode, settings->no_atomic};
+    const struct vit_display_params params = {settings->card, settings->connector, settings->mode, settings->no_atomic,
+                                              show->reopen};
     show->seat = vit_seat_create(settings->no_seat, &app->log);
     show->display = show->seat ? vit_display_create(show->seat, &params, &app->log) : NULL;
     struct vit_gl *gl = show->display ? vit_display_gl_create(show->display, 3) : NULL;
     if (!gl)
         return VIT_EXIT_DISPLAY;
-    show->view = settings->view;
+    if (!show->reopen)
+        show->view = settings->view;
     show->view.width_px = vit_display_width_px(show->display);
     show->view.height_px = vit_display_height_px(show->display);
     enum vit_exit status = app_scene_open_on(&show->scene, app, gl, &show->view);
@@ -302,7 +361,12 @@ static enum vit_exit open_all(struct show *show)
     if (!app_drawer_open(&show->drawer, &show->scene))
         return VIT_EXIT_DISPLAY;
     show->input = vit_input_create(show->seat, &app->log);
-    return warm_up(show) ? VIT_EXIT_DONE : show->status;
+    vit_debug(&app->log, "show: on %s, seat: %s", vit_display_text(show->display), vit_seat_kind(show->seat));
+    show->was_active = true;
+    show->unplugged = show->turned = false;
+    show->status = VIT_EXIT_DONE;
+    bool good = show->preset ? take_preset(show, show->preset) : warm_up(show);
+    return good ? VIT_EXIT_DONE : show->status;
 }
 
 static void close_all(struct show *show)
@@ -314,20 +378,60 @@ static void close_all(struct show *show)
     vit_seat_destroy(&show->seat);
 }
 
+/* From the screen to the screen's end; shows again on another one, for which it waits as long as it has to. */
+static enum vit_exit run(struct show *show)
+{
+    enum vit_exit status = open_all(show);
+    while (status == VIT_EXIT_DONE) {
+        while (step(show)) {
+            /* until q, a signal, an error or another screen */
+        }
+        if (!show->reopen || show->quit || app_interrupted()) {
+            say_end(show);
+            return show->quit || app_interrupted() ? VIT_EXIT_DONE : show->status;
+        }
+        do {
+            close_all(show);
+            status = open_all(show);
+        } while (status == VIT_EXIT_DISPLAY && poll(NULL, 0, REOPEN_RETRY_MS) == 0 && !app_interrupted());
+        show->reopen = false;
+    }
+    return status;
+}
+
 static enum vit_exit list_connectors(struct app *app)
 {
     struct vit_display_card *cards;
     size_t count;
     if (!vit_display_cards(&cards, &count, &app->log))
         return VIT_EXIT_FAILED;
-    app_screens_print(cards, count);
+    app_screens_print(stdout, cards, count);
     vit_free(cards);
     return VIT_EXIT_DONE;
 }
 
+/* When this process began, by vit_clock_ns(); in steps of 10 ms. */
+static uint64_t process_began_ns(void)
+{
+    char text[1024] = "";
+    struct timespec boot;
+    FILE *file = fopen("/proc/self/stat", "r");
+    size_t got = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file)
+        fclose(file);
+    text[got] = '\0';
+    const char *field = strrchr(text, ')'); /* the second of proc(5); its 22nd is the start, in ticks since boot */
+    for (int i = 2; field && i < 22; i++)
+        field = strchr(field + 1, ' ');
+    if (!field || clock_gettime(CLOCK_BOOTTIME, &boot))
+        return vit_clock_ns();
+    double began_s = strtod(field, NULL) / (double)sysconf(_SC_CLK_TCK);
+    return vit_clock_ns() - (uint64_t)(((double)boot.tv_sec + (double)boot.tv_nsec * 1e-9 - began_s) * 1e9);
+}
+
 enum vit_exit app_show(struct app *app)
 {
-    struct show show = {.app = app, .wake = {-1, -1}, .was_active = true, .started_ns = vit_clock_ns()};
+    struct show show = {.app = app, .wake = {-1, -1}, .was_active = true, .started_ns = process_began_ns()};
     if (app->settings->connector && strcmp(app->settings->connector, "help") == 0)
         return list_connectors(app);
     if (app->settings->input_count == 0) { /* a kiosk file may name it one day */
@@ -343,14 +447,7 @@ enum vit_exit app_show(struct app *app)
         return VIT_EXIT_FAILED;
     }
     app_interrupt_wakes(show.wake[1]);
-    enum vit_exit status = open_all(&show);
-    if (status == VIT_EXIT_DONE) {
-        while (step(&show)) {
-            /* until q, a signal or an error */
-        }
-        status = show.quit || app_interrupted() ? VIT_EXIT_DONE : show.status;
-        say_end(&show);
-    }
+    enum vit_exit status = run(&show);
     close_all(&show);
     app_interrupt_wakes(-1);
     close(show.wake[0]);

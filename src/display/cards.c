@@ -69,9 +69,7 @@ static void read_problem(struct vit_display_card *card, int fd)
     for (int i = 0; i < card->connector_count; i++)
         connected = connected || card->connectors[i].connected;
     if (!drmIsMaster(fd) && drmSetMaster(fd))
-        snprintf(card->problem, sizeof card->problem, "%s",
-                 errno == EACCES ? "no right to set modes: run as root, or on a seat (seatd, logind)"
-                                 : "in use: another program (a desktop, another vitrine) is its master; end it");
+        snprintf(card->problem, sizeof card->problem, "in use: %s", vit_master_problem(errno));
     else if (!gbm_works(fd))
         snprintf(card->problem, sizeof card->problem,
                  "no GBM buffers for it: install its Mesa driver (Debian: libgl1-mesa-dri)");

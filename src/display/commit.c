@@ -67,6 +67,18 @@ bool vit_commit_init(struct vit_commit *commit, int fd, const struct vit_output 
     return true;
 }
 
+bool vit_commit_set_mode(struct vit_commit *commit, const drmModeModeInfo *mode)
+{
+    if (memcmp(mode, &commit->output.mode, sizeof *mode) == 0)
+        return true;
+    commit->output.mode = *mode;
+    if (!commit->atomic)
+        return true;
+    drmModeDestroyPropertyBlob(commit->fd, commit->mode_blob);
+    commit->mode_blob = 0;
+    return !drmModeCreatePropertyBlob(commit->fd, mode, sizeof *mode, &commit->mode_blob);
+}
+
 /* A request, and whether anything about it failed. */
 struct request {
     drmModeAtomicReq *list;
@@ -78,29 +90,42 @@ static void request_add(struct request *request, uint32_t object, uint32_t prope
     request->failed = request->failed || drmModeAtomicAddProperty(request->list, object, property, value) < 0;
 }
 
-static int show_atomic(struct vit_commit *commit, uint32_t framebuffer, bool set_mode, void *user)
+/* One property of one plane: what libdrm would do with more memory. */
+static int flip_atomic(const struct vit_commit *commit, uint32_t framebuffer, void *user)
+{
+    uint32_t object = commit->output.plane, count = 1, property = commit->property.plane_fb;
+    uint64_t value = framebuffer;
+    struct drm_mode_atomic request = {.flags = DRM_MODE_PAGE_FLIP_EVENT | DRM_MODE_ATOMIC_NONBLOCK,
+                                      .count_objs = 1,
+                                      .objs_ptr = (uintptr_t)&object,
+                                      .count_props_ptr = (uintptr_t)&count,
+                                      .props_ptr = (uintptr_t)&property,
+                                      .prop_values_ptr = (uintptr_t)&value,
+                                      .user_data = (uintptr_t)user};
+    return drmIoctl(commit->fd, DRM_IOCTL_MODE_ATOMIC, &request) ? errno : 0;
+}
+
+static int set_mode_atomic(struct vit_commit *commit, uint32_t framebuffer, void *user)
 {
     const struct vit_output *output = &commit->output;
     struct request request = {.list = drmModeAtomicAlloc()};
     if (!request.list)
         return ENOMEM;
     uint64_t width = output->mode.hdisplay, height = output->mode.vdisplay;
-    if (set_mode) {
-        request_add(&request, output->connector, commit->property.connector_crtc, output->crtc);
-        request_add(&request, output->crtc, commit->property.crtc_mode, commit->mode_blob);
-        request_add(&request, output->crtc, commit->property.crtc_active, 1);
-        request_add(&request, output->plane, commit->property.plane_crtc, output->crtc);
-        request_add(&request, output->plane, commit->property.src_x, 0);
-        request_add(&request, output->plane, commit->property.src_y, 0);
-        request_add(&request, output->plane, commit->property.src_w, width << 16); /* 16.16 */
-        request_add(&request, output->plane, commit->property.src_h, height << 16);
-        request_add(&request, output->plane, commit->property.crtc_x, 0);
-        request_add(&request, output->plane, commit->property.crtc_y, 0);
-        request_add(&request, output->plane, commit->property.crtc_w, width);
-        request_add(&request, output->plane, commit->property.crtc_h, height);
-    }
+    request_add(&request, output->connector, commit->property.connector_crtc, output->crtc);
+    request_add(&request, output->crtc, commit->property.crtc_mode, commit->mode_blob);
+    request_add(&request, output->crtc, commit->property.crtc_active, 1);
+    request_add(&request, output->plane, commit->property.plane_crtc, output->crtc);
+    request_add(&request, output->plane, commit->property.src_x, 0);
+    request_add(&request, output->plane, commit->property.src_y, 0);
+    request_add(&request, output->plane, commit->property.src_w, width << 16); /* 16.16 */
+    request_add(&request, output->plane, commit->property.src_h, height << 16);
+    request_add(&request, output->plane, commit->property.crtc_x, 0);
+    request_add(&request, output->plane, commit->property.crtc_y, 0);
+    request_add(&request, output->plane, commit->property.crtc_w, width);
+    request_add(&request, output->plane, commit->property.crtc_h, height);
     request_add(&request, output->plane, commit->property.plane_fb, framebuffer);
-    uint32_t flags = DRM_MODE_PAGE_FLIP_EVENT | (set_mode ? DRM_MODE_ATOMIC_ALLOW_MODESET : DRM_MODE_ATOMIC_NONBLOCK);
+    uint32_t flags = DRM_MODE_PAGE_FLIP_EVENT | DRM_MODE_ATOMIC_ALLOW_MODESET;
     int error = request.failed ? ENOMEM : -drmModeAtomicCommit(commit->fd, request.list, flags, user);
     drmModeAtomicFree(request.list);
     return error;
@@ -114,8 +139,10 @@ int vit_commit_show(struct vit_commit *commit, uint32_t framebuffer, bool set_mo
     if (vit_fault())
         return EIO;
     if (commit->atomic) {
-        error = show_atomic(commit, framebuffer, set_mode, user);
-        if (error != EINVAL || !set_mode)
+        if (!set_mode)
+            return flip_atomic(commit, framebuffer, user);
+        error = set_mode_atomic(commit, framebuffer, user);
+        if (error != EINVAL)
             return error;
         commit->atomic = false; /* the driver says no to this whole state: the old calls may still do */
     }

@@ -28,13 +28,25 @@ struct vit_display {
     EGLDisplay egl;
     EGLConfig egl_config;
     EGLSurface egl_surface;
+    struct vit_display_params params;     /* for when a cable was touched */
+    int plug;                             /* file of the kernel's events; -1: none */
     bool touched, set_mode, flip_pending; /* touched: the screen shows ours */
-    uint64_t asked_ns;                    /* when the pending flip was asked for */
+    bool master, connected;
+    bool in_a_row; /* each refresh before the pending flip was a chance for it */
     unsigned last_sequence;
     struct vit_display_stats stats;
 };
 
 /* ---- opening --------------------------------------------------------------------------------------------------- */
+
+const char *vit_master_problem(int error)
+{
+    /* The first to open a card is its master; only root may take that over later. */
+    return error == EACCES
+               ? "another program is its master (a desktop, another vitrine): end it and start this again, or "
+                 "run on a seat (seatd, logind)"
+               : "another program is its master (a desktop, another vitrine): end it";
+}
 
 /* Waits a little for a program that is just ending: its master goes with its last file. */
 static bool become_master(int fd, char *why, size_t why_bytes)
@@ -49,9 +61,7 @@ static bool become_master(int fd, char *why, size_t why_bytes)
             return false;
         }
         if (vit_clock_ns() > end) {
-            snprintf(why, why_bytes, "%s",
-                     error == EACCES ? "no right to set modes; run as root or on a seat (seatd, logind)"
-                                     : "another program is its master (a desktop, another vitrine); end it");
+            snprintf(why, why_bytes, "%s", vit_master_problem(error));
             return false;
         }
         usleep(50000);
@@ -213,13 +223,16 @@ struct vit_display *vit_display_create(struct vit_seat *seat, const struct vit_d
     }
     display->log = log;
     display->seat = seat;
-    display->fd = display->commit.fd = -1;
+    display->params = *params;
+    display->fd = display->commit.fd = display->plug = -1;
     display->egl = EGL_NO_DISPLAY;
     display->set_mode = true;
     if (!open_card(display, params))
         goto fail;
     vit_seat_console_take(seat);
     vit_guard_start(&display->guard, &display->commit, seat, log); /* EGL makes threads: before it */
+    display->master = display->connected = true;
+    display->plug = vit_plug_open(log);
     if (!open_egl(display))
         goto fail;
     describe(display);
@@ -234,13 +247,19 @@ struct vit_gl *vit_display_gl_create(struct vit_display *display, int es_major)
     return vit_gl_create_on(display->egl, display->egl_config, display->egl_surface, es_major, display->log);
 }
 
+/* Half a second for a flip to end. */
+static void settle(struct vit_display *display)
+{
+    for (int wait_ms = 0; wait_ms < 500 && display->flip_pending && vit_display_dispatch(display); wait_ms++)
+        usleep(display->flip_pending ? 1000 : 0);
+}
+
 void vit_display_destroy(struct vit_display **display_pointer)
 {
     struct vit_display *display = *display_pointer;
     if (!display)
         return;
-    for (int wait_ms = 0; wait_ms < 500 && display->flip_pending && vit_display_dispatch(display); wait_ms++)
-        usleep(display->flip_pending ? 1000 : 0);
+    settle(display);
     if (display->touched)
         vit_commit_restore(&display->commit);
     if (display->egl != EGL_NO_DISPLAY) {
@@ -260,6 +279,8 @@ void vit_display_destroy(struct vit_display **display_pointer)
     vit_guard_stop(&display->guard);
     vit_commit_clear(&display->commit);
     vit_seat_close(display->seat, display->fd);
+    if (display->plug >= 0)
+        close(display->plug);
     vit_free(display);
     *display_pointer = NULL;
 }
@@ -334,7 +355,17 @@ static void flip_done(struct vit_display *display)
         display->stats.first_flip_ns = display->stats.last_flip_ns;
 }
 
-bool vit_display_flip(struct vit_display *display)
+/* A flip fails when the cable or the card was just taken away: then there will be a next one. */
+static bool is_passing(struct vit_display *display, int error)
+{
+    if (error == EACCES || error == EPERM)
+        display->master = false;
+    else if (!vit_output_look(&display->commit.output, display->fd, display->params.mode, &(drmModeModeInfo){0}))
+        display->connected = false;
+    return !display->master || !display->connected;
+}
+
+bool vit_display_flip(struct vit_display *display, bool moving)
 {
     const char *what = "EGL shows nothing";
     bool event = false;
@@ -349,7 +380,7 @@ bool vit_display_flip(struct vit_display *display)
         goto fail;
     what = display->set_mode ? "the mode cannot be set" : "the picture cannot be changed";
     display->touched = true;
-    display->asked_ns = vit_clock_ns();
+    display->in_a_row = moving;
     error = vit_commit_show(&display->commit, framebuffer, display->set_mode, display, &event);
     if (error)
         goto fail;
@@ -362,6 +393,8 @@ fail:
     if (display->pending)
         gbm_surface_release_buffer(display->surface, display->pending);
     display->pending = NULL;
+    if (is_passing(display, error))
+        return true;
     vit_error(display->log, "display: %s: %s: %s", display->text, what, strerror(error));
     return false;
 }
@@ -372,12 +405,9 @@ static void on_flip(int fd, unsigned sequence, unsigned seconds, unsigned micros
     (void)fd;
     (void)seconds;
     (void)microseconds;
-    /* Asked for within a refresh of the last one: then each refresh in between is a missed one. Drivers without a
-     * vertical blank leave the sequence at 0. */
-    double refresh_ns = 1e9 / vit_mode_hz(&display->commit.output.mode);
-    bool in_a_row = display->asked_ns < display->stats.last_flip_ns + (uint64_t)refresh_ns;
+    /* Drivers without a vertical blank leave the sequence at 0. */
     unsigned step = sequence - display->last_sequence;
-    if (display->stats.flips > 1 && in_a_row && step > 1 && step < 1000)
+    if (display->stats.flips > 1 && display->in_a_row && step > 1 && step < 1000)
         display->stats.missed += step - 1;
     display->last_sequence = sequence;
     flip_done(display);
@@ -392,9 +422,60 @@ bool vit_display_dispatch(struct vit_display *display)
     return false;
 }
 
-void vit_display_resume(struct vit_display *display)
+/* ---- others, and cables ---------------------------------------------------------------------------------------- */
+
+void vit_display_pause(struct vit_display *display)
 {
+    settle(display);
+    /* A seat manager has done it already. */
+    if (drmIsMaster(display->fd))
+        drmDropMaster(display->fd);
+    display->master = false;
+}
+
+/* What is connected now, at the size that pictures are made in? */
+static enum vit_display_plug look(struct vit_display *display)
+{
+    struct vit_output *output = &display->commit.output;
+    drmModeModeInfo mode;
+    if (!vit_output_look(output, display->fd, display->params.mode, &mode)) {
+        bool was = display->connected;
+        display->connected = false;
+        return was ? VIT_DISPLAY_UNPLUGGED : VIT_DISPLAY_SAME;
+    }
+    if (mode.hdisplay != output->mode.hdisplay || mode.vdisplay != output->mode.vdisplay ||
+        !vit_commit_set_mode(&display->commit, &mode))
+        return VIT_DISPLAY_OTHER;
+    display->connected = display->set_mode = true; /* also if it was away too shortly to be missed */
+    return VIT_DISPLAY_BACK;
+}
+
+enum vit_display_plug vit_display_resume(struct vit_display *display)
+{
+    display->master = drmIsMaster(display->fd) || !drmSetMaster(display->fd);
     display->set_mode = true;
+    return display->master ? look(display) : VIT_DISPLAY_SAME;
+}
+
+int vit_display_plug_fd(const struct vit_display *display)
+{
+    return display->plug;
+}
+
+enum vit_display_plug vit_display_plug_dispatch(struct vit_display *display)
+{
+    /* Only the master's question makes the kernel look; vit_display_resume() asks again. */
+    return vit_plug_read(display->plug) && display->master ? look(display) : VIT_DISPLAY_SAME;
+}
+
+bool vit_display_is_master(const struct vit_display *display)
+{
+    return display->master;
+}
+
+bool vit_display_is_ready(const struct vit_display *display)
+{
+    return display->master && display->connected && !display->flip_pending;
 }
 
 /* ---- what it is -------------------------------------------------------------------------------------------------- */

@@ -25,6 +25,17 @@ double vit_mode_hz(const drmModeModeInfo *mode);
 VIT_NODISCARD bool vit_output_choose(struct vit_output *output, int fd, const struct vit_display_params *params,
                                      char *why, size_t why_bytes);
 
+/* The same connector again, after a cable was touched: false if nothing usable is connected to it. */
+VIT_NODISCARD bool vit_output_look(const struct vit_output *output, int fd, const char *mode_name,
+                                   drmModeModeInfo *mode);
+
+/* plug.c: the kernel's word that a cable came or went. -1: not to be heard. */
+int vit_plug_open(const struct vit_log *log);
+/* Reads all that waits; true if any of it was about a card. */
+bool vit_plug_read(int fd);
+/* Whether this uevent (strings ending in 0) is about a card. */
+bool vit_plug_is_card(const char *event, size_t bytes);
+
 /* commit.c: how a framebuffer comes onto the screen. */
 struct vit_commit {
     int fd;
@@ -37,6 +48,8 @@ struct vit_commit {
     } property;
     drmModeCrtc *saved; /* what the CRTC showed before us */
 };
+/* The mode that the next show with `set_mode` sets. */
+VIT_NODISCARD bool vit_commit_set_mode(struct vit_commit *commit, const drmModeModeInfo *mode);
 /* Reads and saves; changes nothing. Falls back to legacy where atomic cannot be had. */
 VIT_NODISCARD bool vit_commit_init(struct vit_commit *commit, int fd, const struct vit_output *output, bool legacy,
                                    const struct vit_log *log);
@@ -46,6 +59,9 @@ int vit_commit_show(struct vit_commit *commit, uint32_t framebuffer, bool set_mo
 /* Nothing but system calls. */
 void vit_commit_restore(const struct vit_commit *commit);
 void vit_commit_clear(struct vit_commit *commit);
+
+/* display.c: why drmSetMaster() failed, and what to do. */
+const char *vit_master_problem(int error);
 
 /* display.c: gbm_create_device() without what its loader says on stderr about drivers that it tried and did not need,
  * unless `log` is at debug level. */

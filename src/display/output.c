@@ -180,6 +180,8 @@ bool vit_output_choose(struct vit_output *output, int fd, const struct vit_displ
         goto fail;
     output->connector = connector->connector_id;
     const drmModeModeInfo *mode = mode_find(connector, params->mode);
+    if (!mode && params->any_mode)
+        mode = mode_find(connector, "preferred");
     if (!mode) {
         snprintf(why, why_bytes, "%s has no mode %s (`vitrine caps` lists them)", output->name, params->mode);
         goto fail;
@@ -195,4 +197,17 @@ fail:
     drmModeFreeConnector(connector);
     drmModeFreeResources(resources);
     return good;
+}
+
+bool vit_output_look(const struct vit_output *output, int fd, const char *mode_name, drmModeModeInfo *mode)
+{
+    drmModeConnector *connector = drmModeGetConnector(fd, output->connector);
+    bool usable = connector && connector->connection == DRM_MODE_CONNECTED && connector->count_modes > 0;
+    if (usable) {
+        /* A screen that lacks the mode that was asked for is better shown on than not. */
+        const drmModeModeInfo *found = mode_find(connector, mode_name);
+        *mode = found ? *found : *mode_find(connector, "preferred");
+    }
+    drmModeFreeConnector(connector);
+    return usable;
 }

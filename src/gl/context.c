@@ -1,4 +1,5 @@
-/* An OpenGL ES context with no window and no surface: EGL's surfaceless platform, else its first device. */
+/* An OpenGL ES context with no window and no surface: EGL's surfaceless platform, else the first of its devices that
+ * works. */
 #include <EGL/egl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,14 +11,25 @@
 
 #include "gl_private.h"
 
+#define DEVICES_MAX 16
+
+static EGLDisplay initialised(EGLDisplay display)
+{
+    return display != EGL_NO_DISPLAY && !vit_fault() && eglInitialize(display, NULL, NULL) ? display : EGL_NO_DISPLAY;
+}
+
+/* The first device may be a card without a driver here, and the next one the software rasteriser. */
 static EGLDisplay device_display(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display)
 {
     PFNEGLQUERYDEVICESEXTPROC query = (PFNEGLQUERYDEVICESEXTPROC)eglGetProcAddress("eglQueryDevicesEXT");
-    EGLDeviceEXT device;
+    EGLDeviceEXT devices[DEVICES_MAX];
+    EGLDisplay display = EGL_NO_DISPLAY;
     EGLint count = 0;
-    if (!query || !query(1, &device, &count) || count < 1)
+    if (!query || !query(DEVICES_MAX, devices, &count))
         return EGL_NO_DISPLAY;
-    return get_display(EGL_PLATFORM_DEVICE_EXT, device, NULL);
+    for (EGLint i = 0; i < count && display == EGL_NO_DISPLAY; i++)
+        display = initialised(get_display(EGL_PLATFORM_DEVICE_EXT, devices[i], NULL));
+    return display;
 }
 
 /* libEGL prints its own warnings on stderr; what matters of them is in our one line. */
@@ -38,10 +50,10 @@ static EGLDisplay open_display(const struct vit_log *log)
     for (int attempt = 0; attempt < 2 && get_display && client; attempt++) {
         EGLDisplay display = EGL_NO_DISPLAY;
         if (attempt == 0 && vit_gl_has_word(client, "EGL_MESA_platform_surfaceless"))
-            display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
+            display = initialised(get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL));
         if (attempt == 1 && vit_gl_has_word(client, "EGL_EXT_platform_device"))
             display = device_display(get_display);
-        if (display != EGL_NO_DISPLAY && !vit_fault() && eglInitialize(display, NULL, NULL))
+        if (display != EGL_NO_DISPLAY)
             return display;
     }
     vit_error(log,

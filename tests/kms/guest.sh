@@ -1,85 +1,120 @@
-#!/bin/sh
-# guest.sh BINARY MODE FULL - runs inside the throw-away guest of run-kms.sh: the text console, `show`, keys, its end; a dump
-# after each. Every step waits for the program's own line ("at rest"), not for a time. What happened is printed as
-# `case NAME: WORDS`; tests/kms/show.sh judges.
+# shellcheck shell=sh disable=SC2086,SC2154,SC2034
+# guest.sh - sourced by the scenes (tests/kms/scenes/*.sh), which run inside the throw-away guest of run-kms.sh. They speak to
+# tests/kms/show.sh by lines that begin with `kms: `:
+#
+#     ok WHAT | not ok WHAT            judged here
+#     same NAME SNAPSHOT-OPTIONS       NAME.png is what `snapshot` draws with these options, within 1/255
+#     alike A B | differ A B           the dumps A.png and B.png are the same bytes, or not
+#     note TEXT                        a figure for people
+#     end                              the scene came to its end
+#
+# Every step waits for the program's own line ("at rest"), never for a time. $binary, $mode: what to run, and how large;
+# $card: bochs, virtio or vkms.
 set -u
-binary=$1 mode=$2 full=$3
 log=/tmp/log
+: >$log
 # llvmpipe under plain emulation: wide vectors cost more than they bring.
 export LP_NATIVE_VECTOR_WIDTH=128
-# No udev runs here; this is all that libinput wants to know from it.
-mkdir -p /run/udev/data
-for minor in 64 65 66 67 68; do
-    printf 'I:1\nE:ID_INPUT=1\nE:ID_INPUT_KEY=1\nE:ID_INPUT_KEYBOARD=1\nV:1\n' >/run/udev/data/c13:$minor
-done
-printf '\033[?25l\033[2J\033[Hthe text console\n' >/dev/tty1
-sleep 1
-kms-host shot console
 
+say() { echo "kms: $*"; }
+# verdict WHAT COMMAND...: passes if the command does
+verdict() {
+    what=$1
+    shift
+    if "$@" >/tmp/verdict 2>&1; then say "ok $what"; else
+        say "not ok $what"
+        cat /tmp/verdict
+        tail -5 $log
+    fi
+}
+# No udev runs here; this is all that libinput wants to know from it.
+keyboards() {
+    mkdir -p /run/udev/data
+    for minor in 64 65 66 67 68; do
+        printf 'I:1\nE:ID_INPUT=1\nE:ID_INPUT_KEY=1\nE:ID_INPUT_KEYBOARD=1\nV:1\n' >/run/udev/data/c13:$minor
+    done
+}
+# The picture NAME of what the screen shows now. vkms has no screen: what it composes comes as text.
+shot() {
+    if [ "$card" = vkms ]; then
+        writeback $pid "/tmp/$1.png" || return
+        echo "kms-picture: $1"
+        base64 "/tmp/$1.png"
+        echo "kms-picture: end"
+    else
+        kms-host shot "$1"
+    fi
+}
+console() {
+    printf '\033[?25l\033[2J\033[Hthe text console\n' >/dev/tty1
+    sleep 1
+    [ "$card" = vkms ] || kms-host shot console
+}
+# begin OPTIONS...: without waiting
+begin() {
+    : >$log
+    rests=0
+    "$binary" show phantom:cube-letters -v --mode "$mode" "$@" 2>$log &
+    pid=$!
+}
 # start OPTIONS...: until the first picture rests
 start() {
-    : >$log
-    "$binary" show phantom:sphere -v --mode "$mode" "$@" 2>$log &
-    pid=$!
-    rests=0
+    begin "$@"
     rest
 }
-# until one more picture rests; 60 s at most
-rest() {
-    rests=$((rests + 1)) tries=0
-    while [ "$(grep -c 'at rest' $log)" -lt $rests ] && [ $tries -lt 600 ] && kill -0 $pid 2>/dev/null; do
+# until PATTERN [SECONDS]: until the program said so, or has ended
+until_said() {
+    tries=0
+    while ! grep -q "$1" $log && [ $tries -lt $((${2:-60} * 10)) ] && kill -0 $pid 2>/dev/null; do
         usleep 100000
         tries=$((tries + 1))
     done
+    grep -q "$1" $log
 }
-key() {
-    kms-host key "$2"
-    rest
-    kms-host shot "$1"
-    echo "case $1: $(grep 'at rest' $log | tail -1)"
+# until one more picture rests; two minutes at most
+rest() {
+    rests=$((rests + 1)) tries=0
+    while [ "$(grep -c 'at rest' $log)" -lt $rests ] && [ $tries -lt 1200 ] && kill -0 $pid 2>/dev/null; do
+        usleep 100000
+        tries=$((tries + 1))
+    done
+    rests=$(grep -c 'at rest' $log)
 }
-# finish NAME: until it has ended; 20 s at most
-finish() {
+# press NAME KEYS SNAPSHOT-OPTIONS...: the picture after these keys (one after another; shift-equal is a chord) is snapshot's
+press() {
+    name=$1 keys=$2
+    shift 2
+    for one in $keys; do
+        # A chord is several words.
+        # shellcheck disable=SC2046
+        kms-host key $(echo "$one" | tr - ' ')
+        rest
+    done
+    shot "$name"
+    say "same $name $*"
+}
+# gone NAME STATUS: it has ended so (20 s at most), and the console is back
+gone() {
     tries=0
     while kill -0 $pid 2>/dev/null && [ $tries -lt 200 ]; do
         usleep 100000
         tries=$((tries + 1))
     done
-    [ $tries -lt 200 ] || { echo "case $1: does not end" && kill -9 $pid; }
+    [ $tries -lt 200 ] || { say "not ok $1: it does not end" && kill -9 $pid; }
     wait $pid
     status=$?
+    verdict "$1: exit status $2 (it was $status)" [ $status = "$2" ]
+    [ "$card" = vkms ] && return
     sleep 1
     kms-host shot "$1"
-    echo "case $1: exit $status"
-    echo "case $1: $(tail -1 $log)"
+    say "alike console $1"
 }
-
-"$binary" caps 2>/dev/null | grep -A3 '^card' | sed 's/^/case caps: /'
-start
-kms-host shot shown
-cat $log
-key right right
-if [ "$full" = 1 ]; then
-    ticks() { awk '{ print $14 + $15 }' /proc/$pid/stat; }
+ticks() { awk '{ print $14 + $15 }' /proc/$pid/stat; }
+# Ten seconds of a still picture cost nothing.
+idle() {
     before=$(ticks)
     sleep 10
-    echo "case idle: $(($(ticks) - before)) ticks"
-    key up up
-    key larger kp_add
-    key left_side l
-    key preset 2
-    "$binary" show phantom:sphere --no-seat 2>/tmp/busy
-    echo "case busy: exit $? $(cat /tmp/busy)"
-fi
-kms-host key q
-finish quit
-[ "$full" = 1 ] || exit 0
-start --no-atomic
-kms-host shot legacy
-kill -TERM $pid
-finish term
-start --no-seat
-kms-host shot bare
-kill -SEGV $pid
-finish segv
-exit 0
+    used=$(($(ticks) - before))
+    say "note ten seconds at rest: $used ticks of 1/100 s"
+    verdict "a still picture costs nothing" [ $used -le 1 ]
+}

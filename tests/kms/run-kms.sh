@@ -21,6 +21,7 @@
 #   -t SEC         time limit for the whole guest (default 300)
 #   -n             no Mesa files in the cpio (they are added by default)
 #   -x 'ARGS'      more arguments for QEMU
+#   -A 'ARGS'      more arguments for the kernel
 #
 # In the guest the command runs as root with /dev/dri, /dev/input, sysfs, debugfs and:
 #   kms-host shot NAME [HEAD]        screendump to NAME.png, returns when it is written
@@ -38,12 +39,12 @@
 # shellcheck disable=SC1007,SC2015,SC2086,SC2317
 set -u -o pipefail
 die() { echo "run-kms: $*" >&2; exit 2; }
-disp=bochs geo=1024x768 heads=1 root=cpio mem=1024 cpus=2 accel=auto out=./kms-out deb= limit=300 mesa=1 extra=
+disp=bochs geo=1024x768 heads=1 root=cpio mem=1024 cpus=2 accel=auto out=./kms-out deb= limit=300 mesa=1 extra= append=
 bins=() files=() mods=()
-while getopts b:f:d:g:H:M:r:m:c:a:o:k:t:nx: o; do case $o in
+while getopts b:f:d:g:H:M:r:m:c:a:o:k:t:nx:A: o; do case $o in
   b) bins+=("$OPTARG");; f) files+=("$OPTARG");; d) disp=$OPTARG;; g) geo=$OPTARG;; H) heads=$OPTARG;;
   M) mods+=("$OPTARG");; r) root=$OPTARG;; m) mem=$OPTARG;; c) cpus=$OPTARG;; a) accel=$OPTARG;;
-  o) out=$OPTARG;; k) deb=$OPTARG;; t) limit=$OPTARG;; n) mesa=0;; x) extra=$OPTARG;; *) exit 2;;
+  o) out=$OPTARG;; k) deb=$OPTARG;; t) limit=$OPTARG;; n) mesa=0;; x) extra=$OPTARG;; A) append=$OPTARG;; *) exit 2;;
 esac; done
 shift $((OPTIND-1)); [ $# -ge 1 ] || die "no guest command (see the head of $0)"
 cmd="$*"
@@ -163,7 +164,7 @@ exec {QI}<>"$W/qmp.in" {QO}<>"$W/qmp.out" {CI}<>"$W/ctl.in" {CO}<>"$W/ctl.out" {
 fs=; [ "$root" = 9p ] && fs="-fsdev local,id=host,path=/,security_model=none,readonly=on,multidevs=remap -device virtio-9p-pci,fsdev=host,mount_tag=host"
 # shellcheck disable=SC2086
 qemu-system-x86_64 -name run-kms -nodefaults -no-user-config -no-reboot -display none $acc -m "$mem" -smp "$cpus" \
-  -kernel "$kernel" -initrd "$W/initrd" -append "console=ttyS0 quiet panic=-1 random.trust_cpu=on kmsroot=$root" \
+  -kernel "$kernel" -initrd "$W/initrd" -append "console=ttyS0 quiet panic=-1 random.trust_cpu=on kmsroot=$root $append" \
   -serial "file:$out/console.log" -chardev "pipe,id=ctl,path=$W/ctl" -serial chardev:ctl \
   -chardev "pipe,id=qmp,path=$W/qmp" -mon chardev=qmp,mode=control \
   $dev -device virtio-keyboard-pci -device virtio-tablet-pci $fs $extra </dev/null >>"$out/run.log" 2>&1 &

@@ -1,0 +1,48 @@
+# shellcheck shell=sh disable=SC2086,SC2154,SC2034
+# The program's own acquisitions are counted (tests/kms/preload/watch.c): none between frames, at rest or in motion, atomic and
+# legacy. Then another screen takes the first one's place.
+keyboards
+export WATCH=/tmp/watch
+counted() { cut -d' ' -f1 $WATCH; }
+for way in atomic legacy; do
+    if [ $way = legacy ]; then set -- --no-atomic; else set --; fi
+    export LD_PRELOAD=/usr/lib/watch.so
+    start "$@"
+    unset LD_PRELOAD
+    # A round of GBM's three or four buffers, each known to the card from then on.
+    press $way-left left --view -5,0
+    press $way-right "right right" --view 5,0
+    verdict "$way: counting counts" [ "$(counted)" -gt 100 ]
+    before=$(counted)
+    press $way-up "up up" --view 5,10
+    press $way-larger "kp_add kp_add" --view 5,10 --zoom 1.21
+    press $way-front a --zoom 1.21
+    kms-host key spc
+    sleep 5
+    kms-host key spc
+    rest
+    sleep 2
+    say "note $way: $(sed -n 's/.*show: turned for/turned for/p' $log); acquired since the first frames: $(($(counted) - before))"
+    verdict "$way: nothing is acquired between frames (last: $(cat $WATCH))" [ "$(counted)" = "$before" ]
+    if [ $way = atomic ]; then
+        press back a --zoom 1.21
+        touch /tmp/other-screen
+        echo change >/sys/class/drm/card0/uevent
+        verdict "it begins anew on another screen" until_said "another screen"
+        tries=0
+        while [ "$(grep -c 'show: on ' $log)" -lt 2 ] && [ $tries -lt 600 ]; do usleep 100000 && tries=$((tries + 1)); done
+        rest
+        size=$(sed -n 's/.*show: on card0, Virtual-1, \([0-9x]*\)@.*/\1/p' $log | tail -1)
+        shot other
+        say "same other --zoom 1.21 --size $size"
+        verdict "the other screen is of another size ($size)" [ "$size" != "$mode" ]
+        rm /tmp/other-screen
+        echo change >/sys/class/drm/card0/uevent
+        rest
+        shot again
+        say "same again --zoom 1.21 --size $mode"
+    fi
+    kms-host key q
+    wait $pid
+    verdict "$way: exit status 0" [ $? = 0 ]
+done
