@@ -2,7 +2,11 @@
 """The same scene through VTK: an independent picture of orientation, geometry and optics.
 
 Reads a NIfTI file (made by dcm2niix from the DICOM folder, so that neither the DICOM reading nor the orientation is
-ours), places it by its qform, and ray-casts it on the CPU without shading, orthographic, with Vitrine's camera.
+ours) and places it by its qform, or an axis-aligned NRRD; ray-casts it on the CPU, or the GPU with --gpu, orthographic,
+with Vitrine's camera; without shading, or with --shade with the preset's ambient, diffuse, specular and power and the
+light at the eye (give ours `--set shading.light=[0,0,1]` then). VTK has no boundaries; it interpolates normals and not
+colours (GPU), or looks a quantised normal's shade up per sample (CPU), lights both sides always, and its shine is
+(R.V)^power on the CPU.
 Needs Debian's python3-vtk9 python3-numpy python3-yaml xvfb dcm2niix:
 
   dcm2niix -z n -f volume -o /tmp/x FOLDER
@@ -12,13 +16,16 @@ Note that VTK's box ends at the outer sample centres, half a voxel inside Vitrin
 side makes the boxes equal.
 """
 import argparse
+import os
 import numpy as np
 import vtk
 import yaml
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-ap.add_argument("nifti"); ap.add_argument("preset")
+ap.add_argument("input", help="NIfTI, or NRRD"); ap.add_argument("preset")
+ap.add_argument("--shade", action="store_true"); ap.add_argument("--gpu", action="store_true")
+ap.add_argument("--zoom", type=float, default=1)
 ap.add_argument("--view", default="0,0", help="AZ,EL in degrees")
 ap.add_argument("--size", type=int, default=400)
 ap.add_argument("--step", type=float, default=0.1, help="sample distance over the smallest spacing")
@@ -27,30 +34,60 @@ ap.add_argument("--against", help="a PNG of the same scene and size: print the R
                 "the magnification that VTK's CPU mapper applies to its ray-cast image when it draws it (bilinear, about 0.6 %%)")
 a = ap.parse_args()
 
-reader = vtk.vtkNIFTIImageReader(); reader.SetFileName(a.nifti); reader.Update()
-image = reader.GetOutput()
-slope = reader.GetRescaleSlope() or 1.0
-stored = vtk_to_numpy(image.GetPointData().GetScalars()).astype(np.float32)
-scalars = numpy_to_vtk((stored * slope + reader.GetRescaleIntercept()).astype(np.int16), deep=True)
-image.GetPointData().SetScalars(scalars)
-ras_from_image = vtk.vtkMatrix4x4(); ras_from_image.DeepCopy(reader.GetQFormMatrix() or reader.GetSFormMatrix())
-lps_from_ras = vtk.vtkMatrix4x4(); lps_from_ras.SetElement(0, 0, -1); lps_from_ras.SetElement(1, 1, -1)
-lps_from_image = vtk.vtkMatrix4x4(); vtk.vtkMatrix4x4.Multiply4x4(lps_from_ras, ras_from_image, lps_from_image)
+def read_nifti(path):
+    reader = vtk.vtkNIFTIImageReader(); reader.SetFileName(path); reader.Update()
+    image = reader.GetOutput()
+    stored = vtk_to_numpy(image.GetPointData().GetScalars()).astype(np.float32)
+    hu = stored * (reader.GetRescaleSlope() or 1.0) + reader.GetRescaleIntercept()
+    image.GetPointData().SetScalars(numpy_to_vtk(hu.astype(np.int16), deep=True))
+    ras_from_image = vtk.vtkMatrix4x4(); ras_from_image.DeepCopy(reader.GetQFormMatrix() or reader.GetSFormMatrix())
+    lps_from_ras = vtk.vtkMatrix4x4(); lps_from_ras.SetElement(0, 0, -1); lps_from_ras.SetElement(1, 1, -1)
+    lps = vtk.vtkMatrix4x4(); vtk.vtkMatrix4x4.Multiply4x4(lps_from_ras, ras_from_image, lps)
+    return image, lps
 
-preset = yaml.safe_load(open(a.preset))["transfer"]
+def read_nrrd(path):
+    """int16, raw, along the axes; a flipped axis is turned round in the data."""
+    data = open(path, "rb").read(); head, _, rest = data.partition(b"\n\n")
+    fields = dict(line.split(": ", 1) for line in head.decode().splitlines()[1:] if ": " in line and line[0] != "#")
+    pairs = dict(line.split(":=", 1) for line in head.decode().splitlines()[1:] if ":=" in line)
+    assert fields["type"] == "int16" and fields["encoding"] == "raw"
+    if "data file" in fields:
+        rest = open(os.path.join(os.path.dirname(path), fields["data file"].strip()), "rb").read()
+    size = [int(v) for v in fields["sizes"].split()]
+    raw = np.frombuffer(rest, "<i2", size[0] * size[1] * size[2]).reshape(size[::-1])
+    hu = raw * float(pairs.get("vitrine slope", 1)) + float(pairs.get("vitrine intercept", 0))
+    rows = np.array([[float(v) for v in d.strip("()").split(",")] for d in fields["space directions"].split()])
+    origin = np.array([float(v) for v in fields["space origin"].strip("()").split(",")])
+    for axis in range(3):
+        if rows[axis, axis] < 0:
+            hu = np.flip(hu, 2 - axis); origin += rows[axis] * (size[axis] - 1); rows[axis] *= -1
+    image = vtk.vtkImageData(); image.SetDimensions(*size); image.SetSpacing(*np.diag(rows)); image.SetOrigin(*origin)
+    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(hu, np.int16).ravel(), deep=True))
+    return image, vtk.vtkMatrix4x4()
+
+image, lps_from_image = (read_nifti if a.input.endswith((".nii", ".nii.gz")) else read_nrrd)(a.input)
+
+whole = yaml.safe_load(open(a.preset)); preset = whole["transfer"]
 assert preset["quantity"] == "opacity" and preset.get("emission", "luminance") == "luminance"
 colour, opacity = vtk.vtkColorTransferFunction(), vtk.vtkPiecewiseFunction()
 for p in preset["points"]:
     colour.AddRGBPoint(p["hu"], *p["color"]); opacity.AddPoint(p["hu"], p["opacity"])
 prop = vtk.vtkVolumeProperty(); prop.SetColor(colour); prop.SetScalarOpacity(opacity)
 prop.SetInterpolationTypeToLinear(); prop.SetScalarOpacityUnitDistance(preset.get("unit_mm", 1.0)); prop.ShadeOff()
+if a.shade:
+    light = whole["shading"]
+    prop.ShadeOn(); prop.SetAmbient(light["ambient"]); prop.SetDiffuse(light["diffuse"])
+    prop.SetSpecular(light["specular"]); prop.SetSpecularPower(light["power"])
 
 step = a.step * min(image.GetSpacing())
-mapper = vtk.vtkFixedPointVolumeRayCastMapper(); mapper.SetInputData(image)
-mapper.SetAutoAdjustSampleDistances(0); mapper.SetSampleDistance(step); mapper.SetInteractiveSampleDistance(step)
+mapper = vtk.vtkOpenGLGPUVolumeRayCastMapper() if a.gpu else vtk.vtkFixedPointVolumeRayCastMapper()
+mapper.SetInputData(image); mapper.SetAutoAdjustSampleDistances(0); mapper.SetSampleDistance(step)
 mapper.SetImageSampleDistance(1.0)
+if not a.gpu:
+    mapper.SetInteractiveSampleDistance(step)
 volume = vtk.vtkVolume(); volume.SetMapper(mapper); volume.SetProperty(prop); volume.SetUserMatrix(lps_from_image)
 ren = vtk.vtkRenderer(); ren.AddVolume(volume); ren.SetBackground(0, 0, 0)
+ren.RemoveAllLights(); head = vtk.vtkLight(); head.SetLightTypeToHeadlight(); ren.AddLight(head)
 win = vtk.vtkRenderWindow(); win.SetOffScreenRendering(1); win.SetMultiSamples(0); win.SetSize(a.size, a.size)
 win.AddRenderer(ren)
 
@@ -61,7 +98,7 @@ centre = np.array(lps_from_image.MultiplyPoint(middle)[:3])
 az, el = (np.radians(float(v)) for v in a.view.split(","))
 toward = np.array([np.sin(az) * np.cos(el), -np.cos(az) * np.cos(el), np.sin(el)])
 up = np.array([0.0, 0.0, 1.0]) if abs(np.cos(el)) > 1e-9 else np.array([-np.sin(az), np.cos(az), 0]) * np.sign(np.sin(el))
-cam = ren.GetActiveCamera(); cam.ParallelProjectionOn(); cam.SetParallelScale(diagonal / 2)
+cam = ren.GetActiveCamera(); cam.ParallelProjectionOn(); cam.SetParallelScale(diagonal / 2 / a.zoom)
 cam.SetFocalPoint(*centre); cam.SetPosition(*(centre + 2 * diagonal * toward)); cam.SetViewUp(*up)
 ren.ResetCameraClippingRange(); win.Render()
 grab = vtk.vtkWindowToImageFilter(); grab.SetInput(win); grab.ReadFrontBufferOff()
