@@ -16,6 +16,12 @@ uniform float near_limit_mm;   // nothing nearer to the eye is drawn
 uniform float eye_mm;          // perspective: distance from the eye to the box's centre
 uniform float px_per_eye;      // perspective: pixel size over eye_mm
 uniform float slab_mm;
+#ifdef VIT_STACKS
+uniform vec3 fall_from_tex; // depth along the stack [mm] per texture coordinate
+uniform float path_mm;      // ortho: way of a ray for 1 mm of depth
+uniform vec3 brick_low;     // the part of the volume that is in this texture
+uniform vec3 brick_high;
+#endif
 uniform vec3 draw_low;         // the part of the visible box that holds anything to see
 uniform vec3 draw_high;
 #ifdef VIT_SKIP_EMPTY
@@ -74,19 +80,37 @@ void main()
     // From the pixel itself: outlines of other passes, or with less left out, lead to the same bits.
     vec2 screen_px = gl_FragCoord.xy - middle_px;
     vec3 ray = tex_origin + screen_px.x * tex_from_x + screen_px.y * tex_from_y;
-    // Texture coordinates at depth z [mm toward the eye from the box's centre]: base + z·along.
+    // Texture coordinates at depth z [mm toward the eye from the box's centre, along the view or the stack]:
+    // base + z·along.
 #ifdef VIT_PERSPECTIVE
-    vec3 base = tex_toward + eye_mm * ray;
-    vec3 along = -ray;
+#ifdef VIT_STACKS
+    float fall = max(-dot(fall_from_tex, ray), 1e-6); // mm along the stack for one along the view
+#else
+    const float fall = 1.0;
+#endif
+    vec3 along = -ray / fall;
+    vec3 base = tex_toward - eye_mm * along;
     vec2 slope = screen_px * px_per_eye;
-    float thicken = sqrt(1.0 + dot(slope, slope)) / slab_mm; // path through a slab over its thickness
+    float thicken = sqrt(1.0 + dot(slope, slope)) / (slab_mm * fall); // path through a slab over its thickness
 #else
     vec3 base = ray;
     vec3 along = tex_toward;
+#ifdef VIT_STACKS
+    float thicken = path_mm / slab_mm;
+#else
     float thicken = 1.0 / slab_mm;
+#endif
 #endif
     vec2 box = box_depths(base, along, box_low, box_high);
     float near_mm = min(box.x, near_limit_mm), far_mm = box.y;
+#ifdef VIT_REDUCE
+    float whole_mm = max(near_mm - far_mm, 1e-20);
+#endif
+#ifdef VIT_STACKS
+    vec2 brick = box_depths(base, along, brick_low, brick_high);
+    near_mm = min(near_mm, brick.x);
+    far_mm = max(far_mm, brick.y);
+#endif
     vec2 draw = box_depths(base, along, draw_low, draw_high);
     // Slab i of this pass lies between depths pass_near_mm - i·slab_mm and one slab further; the ends are generous,
     // a slab that the ray does not meet has no thickness.
@@ -100,7 +124,6 @@ void main()
     // of the mean; alpha says that there is a ray (mean: how much of it).
     float greatest = 0.0;
     vec2 mean = vec2(0.0);
-    float whole_mm = max(near_mm - far_mm, 1e-20);
     float front = texel_at(base + front_mm * along).r;
     for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
         if (at >= end)

@@ -1,7 +1,88 @@
 // Where a slab's samples come from. Positions are texture coordinates of the whole volume, [0, 1] on each axis.
-uniform VIT_SAMPLER_3D texels; // premultiplied colour and opacity of a slab of thickness slab_mm, or HU in r
+// Texels are premultiplied colour and opacity of a slab of thickness slab_mm, or HU in r.
+#ifdef VIT_STACKS
+// One brick of a stack of slices (src/plan/stacks.c): tiles in a 2D texture. What lies in the same tiles of another
+// texture (light, say) is fetched by the same function: stack_at(its sampler, position).
+uniform sampler2D texels;
+uniform mat3 stack_from_tex; // texels across and down a tile, and slices, both from the brick's first
+uniform vec3 stack_offset;
+uniform vec3 stack_low;      // within the tile and the brick's slices
+uniform vec3 stack_high;
+uniform vec2 stack_step;     // slices from one tile to the next, and its inverse
+uniform vec2 stack_columns;  // tiles in a row, and its inverse
+uniform vec3 stack_tile;     // size of a tile in texels; number of the last
+uniform vec2 stack_from_px;  // 1 / size of the texture
+
+// Corner of a tile in texels.
+vec2 tile_corner(float tile)
+{
+    float row = floor((tile + 0.5) * stack_columns.y);
+    return vec2(tile - row * stack_columns.x, row) * stack_tile.xy;
+}
+
+#if defined(VIT_BYTES)
+// 16 bits in two channels cannot be interpolated by hardware that interpolates 8: four texels are fetched and blended.
+vec2 two_slices(vec4 texel)
+{
+    return (texel.rb * 256.0 + texel.ga) * (255.0 / 65535.0);
+}
+
+vec4 stack_at(sampler2D atlas, vec3 position)
+{
+    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+#ifdef VIT_NEAREST
+    at.z = floor(at.z + 0.5);
+#endif
+    float tile = min(floor(at.z), stack_tile.z);
+    vec2 corner = tile_corner(tile);
+#ifdef VIT_NEAREST
+    vec2 slices = two_slices(VIT_TEXTURE_2D(atlas, (corner + floor(at.xy) + 0.5) * stack_from_px));
+#else
+    // The clamp above keeps the second texel of each pair within the tile, or its share at nothing.
+    vec2 first = floor(at.xy - 0.5);
+    vec2 share = at.xy - 0.5 - first;
+    vec4 px = (corner.xyxy + vec4(first, first + 1.0) + 0.5) * stack_from_px.xyxy;
+    vec2 slices = mix(mix(two_slices(VIT_TEXTURE_2D(atlas, px.xy)), two_slices(VIT_TEXTURE_2D(atlas, px.zy)), share.x),
+                      mix(two_slices(VIT_TEXTURE_2D(atlas, px.xw)), two_slices(VIT_TEXTURE_2D(atlas, px.zw)), share.x),
+                      share.y);
+#endif
+    return vec4(mix(slices.x, slices.y, at.z - tile));
+}
+#elif defined(VIT_AXIS_GROUPS)
+// Four slices of HU in the four channels of a tile: one fetch.
+vec4 stack_at(sampler2D atlas, vec3 position)
+{
+    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+#ifdef VIT_NEAREST
+    at.z = floor(at.z + 0.5);
+#endif
+    float tile = min(floor(at.z * stack_step.y), stack_tile.z);
+    vec4 share = max(1.0 - abs(at.z - tile * stack_step.x - vec4(0.0, 1.0, 2.0, 3.0)), 0.0);
+    return vec4(dot(share, VIT_TEXTURE_2D(atlas, (tile_corner(tile) + at.xy) * stack_from_px)));
+}
+#else
+vec4 stack_at(sampler2D atlas, vec3 position)
+{
+    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+#ifdef VIT_NEAREST
+    return VIT_TEXTURE_2D(atlas, (tile_corner(floor(at.z + 0.5)) + at.xy) * stack_from_px);
+#else
+    float tile = min(floor(at.z), max(stack_tile.z - 1.0, 0.0));
+    return mix(VIT_TEXTURE_2D(atlas, (tile_corner(tile) + at.xy) * stack_from_px),
+               VIT_TEXTURE_2D(atlas, (tile_corner(min(tile + 1.0, stack_tile.z)) + at.xy) * stack_from_px), at.z - tile);
+#endif
+}
+#endif
+
+vec4 texel_at(vec3 position)
+{
+    return stack_at(texels, position);
+}
+#else
+uniform VIT_SAMPLER_3D texels;
 
 vec4 texel_at(vec3 position)
 {
     return VIT_TEXTURE_3D(texels, position);
 }
+#endif

@@ -25,7 +25,10 @@
     X(LIGHT_SHINE, "surfaces have highlights")                                                                         \
     X(LIGHT_WEIGHT, "how much a voxel reflects depends on its boundary")                                               \
     X(LIGHT_FACTOR, "opacity follows the gradient")                                                                    \
-    X(LIGHT_GAIN, "texels were lit beforehand and are stored darker, so that highlights fit")
+    X(LIGHT_GAIN, "texels were lit beforehand and are stored darker, so that highlights fit")                          \
+    X(STACKS, "texels come from stacks of 2D textures")                                                                \
+    X(BYTES, "of stacks: HU in two 8-bit channels, put together and interpolated in the shader")                       \
+    X(NEAREST, "of stacks: the nearest slice instead of two blended")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -43,6 +46,7 @@ enum vit_texel {
     VIT_TEXEL_R8,
     VIT_TEXEL_R16,
     VIT_TEXEL_R16F,
+    VIT_TEXEL_R8R8, /* 16 bits of HU in two channels of 8; stacks only */
     VIT_TEXEL_COUNT
 };
 enum vit_target { VIT_TARGET_UNKNOWN = 0, VIT_TARGET_RGBA32F, VIT_TARGET_RGBA16F, VIT_TARGET_RGBA8, VIT_TARGET_COUNT };
@@ -72,6 +76,40 @@ struct vit_plan_light {
     uint64_t bytes; /* of its textures */
 };
 
+/* How a stack lies in 2D textures. Its slices, perpendicular to volume axis `axis`, are tiles: rows run along axis
+ * `across`, columns along `down`. A tile's texel holds `span` consecutive slices in its channels, tile t those from
+ * t·step on; the closing slice of one tile is the first of the next, so that a position between two slices is one fetch
+ * (span 1: two fetches). Tiles stand in a grid of columns × rows in each texture. What is too much for one texture is
+ * cut into bricks[across, down, axis], one texture each, whose rim voxels are in both neighbours. */
+struct vit_stack_layout {
+    int axis, across, down;
+    size_t span, step;
+    size_t tiles, tiles_per_texture; /* along the axis */
+    size_t bricks[3];                /* by volume axis */
+    size_t tile_width, tile_height, columns, rows;
+    size_t width, height; /* of every texture */
+    uint64_t bytes;       /* of all textures */
+};
+/* One texture of a stack: voxels first to last of the volume, both in it; tiles first_tile and `tiles` on. */
+struct vit_stack_brick {
+    size_t first[3], last[3];
+    size_t first_tile, tiles;
+};
+
+/* A stack that takes part in a picture. Slab faces and depths are measured along the normal of its slices, in mm from
+ * the box's centre, growing toward the eye. */
+struct vit_plan_stack {
+    int axis;
+    double weight;    /* its share of the picture, (0, 1] */
+    double toward;    /* 1 or -1: whether depth grows with the texture coordinate */
+    double box_mm;    /* thickness of the whole box: of one unit of the texture coordinate */
+    double offset_mm; /* faces lie at offset_mm + index·slab_mm: on slices, where slab_mm goes into their distance */
+    int slab_first, slab_count;
+    double eye_mm;  /* perspective: depth of the eye */
+    double path_mm; /* ortho: way of a ray for 1 mm of depth */
+    struct vit_stack_layout layout;
+};
+
 struct vit_plan {
     /* what is drawn */
     enum vit_technique technique;
@@ -97,6 +135,8 @@ struct vit_plan {
     /* how it is drawn */
     enum vit_path path;
     char path_why[160];
+    struct vit_plan_stack stacks[3]; /* path stacks: the greatest share first; the slabs above are the first's */
+    int stack_count;
     enum vit_texel texel;
     bool texel_dither; /* classified 8-bit texels: rounding is spread over the voxels */
     /* the look-up table, where there is one (axis.entries > 0): slabs of thickness table_mm, over HU (one row) or
@@ -129,6 +169,7 @@ struct vit_plan_request {
     struct vit_view view;
     struct vit_caps caps;
     enum vit_path path;      /* auto, or what the user named */
+    unsigned failed_paths;   /* auto does not take these: bits 1 << path */
     const char *const *keep; /* rules switched off */
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
@@ -151,7 +192,12 @@ void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *vo
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
-/* What `auto` leads to on such a GL: 3d, or the reference where this build has nothing that runs on it. */
+/* Brick [across, down, axis] of a layout for a volume of n voxels. */
+struct vit_stack_brick vit_stack_brick_at(const struct vit_stack_layout *layout, const size_t n[3],
+                                          const size_t brick[3]);
+
+/* What `auto` leads to on such a GL if the volume fits: 3d, stacks where there are no 3D textures, or the reference
+ * where nothing of this build runs on it. */
 enum vit_path vit_plan_auto_path(const struct vit_caps *caps);
 
 /* The look-up table of post and slab classification: rgba[(row·axis.entries + entry)·4 + channel], table_rows rows. */

@@ -98,6 +98,13 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
                            "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
 }
 
+/* Stacks do without 3D textures, what says where there is anything to see does not. */
+static bool fits_3d(const size_t n[3], const struct vit_caps *caps)
+{
+    size_t largest = caps->gles_major >= 3 && caps->max_3d_texture_size > 0 ? (size_t)caps->max_3d_texture_size : 0;
+    return n[0] <= largest && n[1] <= largest && n[2] <= largest;
+}
+
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
@@ -108,7 +115,7 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->slabs_per_pass *= 2;
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         return;
-    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE)) {
+    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE) && fits_3d(stats->bricks, &request->caps)) {
         plan->features |= VIT_FEATURE(SKIP_EMPTY);
         memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
         plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];

@@ -3,7 +3,8 @@
 
 #include "plan_private.h"
 
-void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps)
+void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps,
+                           bool stacks)
 {
     bool scalar = plan->classify != VIT_CLASSIFY_PRE;
     if (preset->sampling.texture_bits == 8) {
@@ -13,6 +14,8 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *prese
     } else if (caps->texture_half_float_linear) {
         plan->texel = scalar ? VIT_TEXEL_R16F : VIT_TEXEL_RGBA16F;
         vit_plan_leave_out(plan, 0, "16-bit texels", "no 16-bit normalised textures here: half floats (11 bits)");
+    } else if (stacks && scalar && caps->fragment_highp) {
+        plan->texel = VIT_TEXEL_R8R8;
     } else {
         plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
         vit_plan_leave_out(plan, 0, "16-bit texels", "neither 16-bit normalised nor half-float textures here: 8 bits");

@@ -128,6 +128,14 @@ static void leave_parts_out(struct vit_plan *plan, const struct vit_plan_request
     (void)request;
 }
 
+void vit_plan_leave_light_to_3d(struct vit_plan *plan)
+{
+    if (!plan->light.on)
+        return;
+    plan->light = (struct vit_plan_light){.on = false};
+    vit_plan_leave_out(plan, 0, "light", "not built yet for stacks: drawn unlit");
+}
+
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     struct vit_plan_light *light = &plan->light;

@@ -8,6 +8,7 @@
 #define VIT_RULE_EMPTY_SPACE  "empty-space"
 #define VIT_RULE_OPAQUE_FRONT "opaque-front"
 #define VIT_RULE_DITHER       "dither"
+#define VIT_RULE_CROSS_FADE   "cross-fade"
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
 /* What comes through so little is left out: it cannot change a byte of the picture by more than 1/16. */
@@ -28,13 +29,25 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
 VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
 
-/* formats.c */
-void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps);
+/* Whether texture_bytes are within the limit. */
+VIT_NODISCARD bool vit_plan_fits_memory(const struct vit_plan *plan, const struct vit_caps *caps,
+                                        const struct vit_log *log);
+
+/* stacks.c */
+/* Which stacks, their slabs and textures. False (logged): slabs or textures do not fit. */
+VIT_NODISCARD bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request,
+                                   const struct vit_log *log);
+
+/* formats.c; `stacks`: for stacks of 2D textures. */
+void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_preset *preset, const struct vit_caps *caps,
+                           bool stacks);
 void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps);
 void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);
 
 /* light.c */
 void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *request);
+/* Draws unlit on stacks. */
+void vit_plan_leave_light_to_3d(struct vit_plan *plan);
 /* What of it a renderer on this GL needs. */
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request);
 

@@ -13,7 +13,7 @@
 uint64_t vit_hash_bytes(uint64_t hash, const void *data, size_t bytes);
 uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer);
 
-/* texels.c: voxels to texels, a row at a time; one entry for every raw value that occurs. */
+/* texels.c: voxels to texels, a line at a time; one entry for every raw value that occurs. */
 struct vit_texel_format {
     GLenum internal_format, layout, type;
     int channels;
@@ -31,10 +31,14 @@ struct vit_texels {
 };
 VIT_NODISCARD bool vit_texels_make(struct vit_texels *texels, const struct vit_volume *volume,
                                    const struct vit_plan *plan); /* false: out of memory */
-/* `count` samples to texels; place: number of the row's first voxel in the volume, which says how it is dithered. */
-void vit_texels_row(const struct vit_texels *texels, enum vit_sample sample, const void *row, size_t count,
-                    uint32_t place, unsigned char *out);
-/* The same, lit (VGK96); `first` is the number of the row's first voxel. */
+/* Voxels in a line: `count` from number `place` of the volume on, `stride` apart; texels out_stride bytes apart. A
+ * voxel's number says how it is dithered. */
+struct vit_texels_line {
+    size_t place, stride, count, out_stride;
+};
+void vit_texels_line(const struct vit_texels *texels, enum vit_sample sample, const void *samples,
+                     const struct vit_texels_line *line, unsigned char *out);
+/* A row, lit (VGK96); `first` is the number of its first voxel. */
 struct vit_shade;
 void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
                         enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out);
@@ -105,6 +109,52 @@ VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d
                                          const struct vit_plan *plan, const struct vit_progress *progress);
 void vit_texture3d_clear(struct vit_texture3d *texture);
 
+/* A linked program with its uniforms: of shaders/slabs.* and shaders/reduce.*; X(name). */
+/* clang-format off */
+#define VIT_UNIFORMS(X) \
+    X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
+    X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
+    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
+    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
+    X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(brick_low) X(brick_high) \
+    X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
+    X(stack_columns) X(stack_tile) X(stack_from_px)
+/* clang-format on */
+struct vit_program {
+    GLuint name;
+    unsigned features;
+    int slabs_per_pass, axis_groups;
+    GLint outline;
+#define VIT_UNIFORM_FIELD(uniform) GLint uniform;
+    VIT_UNIFORMS(VIT_UNIFORM_FIELD)
+#undef VIT_UNIFORM_FIELD
+};
+
+struct vit_mesh_part;
+
+/* stacks2d.c: slices along an axis as tiles of 2D textures. */
+struct vit_stack {
+    GLuint *textures; /* by brick: (k·bricks[1] + j)·bricks[0] + i */
+    size_t count;
+    enum vit_texel texel;
+    struct vit_stack_layout layout;
+    uint64_t made_from, bytes;
+};
+struct vit_stacks {
+    struct vit_stack stack[3]; /* by axis; none that was not asked for */
+    double hu_origin, hu_per_value;
+};
+VIT_NODISCARD bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
+                                      const struct vit_plan *plan, const struct vit_progress *progress);
+/* How rays run along a stack; and one part of its slices. */
+void vit_stacks_set_rays(const struct vit_program *program, const struct vit_plan *plan,
+                         const struct vit_plan_stack *stack);
+void vit_stacks_set_part(const struct vit_program *program, const struct vit_stacks *stacks,
+                         const struct vit_plan *plan, const struct vit_plan_stack *stack,
+                         const struct vit_mesh_part *part);
+uint64_t vit_stacks_bytes(const struct vit_stacks *stacks);
+void vit_stacks_clear(struct vit_stacks *stacks);
+
 /* table.c: the transfer function over HU (post) or pairs of HU (slab) as a 2D texture. */
 struct vit_table {
     GLuint texture;
@@ -124,32 +174,46 @@ VIT_NODISCARD bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy
                                          const struct vit_volume *volume, const struct vit_plan *plan);
 void vit_occupancy_clear(struct vit_occupancy *occupancy);
 
-/* What is drawn into. reduced: what rays come to before classification (MIP, MinIP, mean). */
+/* What is drawn into. reduced: what rays come to before classification (MIP, MinIP, mean); other: the picture by
+ * another stack, before it is mixed with the first's. */
 struct vit_surface {
-    struct vit_gl_target target, reduced;
+    struct vit_gl_target target, reduced, other;
 };
 
 /* present.c: a finished picture over its background, into framebuffer 0. */
 struct vit_present {
-    GLuint program, buffer, vertex_array;
-    GLint corner, picture, tex_from_px, background;
+    GLuint program, mix_program, buffer;
+    GLint picture, tex_from_px, background, mix_picture, mix_tex_from_px;
 };
 VIT_NODISCARD bool vit_present_draw(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *target,
                                     const double background[3], int width, int height);
+VIT_NODISCARD bool vit_present_prepare(struct vit_gl *gl, struct vit_present *present);
+/* into = (1 - share)·into + share·from, of equal size. */
+void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *from,
+                     const struct vit_gl_target *into, double share);
 void vit_present_clear(struct vit_present *present);
 
-/* mesh.c: the outlines of all passes as one triangle list, nearest pass first. Buffers only grow. */
+/* mesh.c: the outlines of all passes as triangles, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {
     float x_px, y_px, near_mm;
 };
+/* Vertices that are drawn with one set of textures: all, or a brick of a stack, nearest brick first. */
+struct vit_mesh_part {
+    size_t first, count;
+    struct vit_stack_brick brick;
+    size_t texture; /* of the stack */
+};
 struct vit_mesh {
     struct vit_mesh_vertex *vertices;
-    uint32_t *indices;
-    size_t vertex_count, index_count, vertex_room, index_room;
+    struct vit_mesh_part *parts;
+    size_t vertex_count, part_count, vertex_room, part_room;
     double area_px; /* of all outlines together */
 };
 VIT_NODISCARD bool vit_mesh_reserve(struct vit_mesh *mesh, const struct vit_plan *plan);
 void vit_mesh_build(struct vit_mesh *mesh, const struct vit_plan *plan);
+void vit_mesh_build_stack(struct vit_mesh *mesh, const struct vit_plan *plan, const struct vit_plan_stack *stack);
+/* Where a brick ends in texture coordinates, far outside where the volume does. */
+void vit_mesh_brick_faces(const struct vit_stack_brick *brick, const size_t n[3], double low[3], double high[3]);
 void vit_mesh_clear(struct vit_mesh *mesh);
 
 #endif

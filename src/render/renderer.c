@@ -5,30 +5,11 @@
 #include "render_private.h"
 #include "vitrine/proxy.h"
 
-/* Uniforms of shaders/slabs.* and shaders/reduce.*; X(name). */
-/* clang-format off */
-#define UNIFORMS(X) \
-    X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
-    X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
-    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
-    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
-    X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu)
-/* clang-format on */
-
-struct program {
-    GLuint name;
-    unsigned features;
-    int slabs_per_pass, axis_groups;
-    GLint outline;
-#define UNIFORM_FIELD(uniform) GLint uniform;
-    UNIFORMS(UNIFORM_FIELD)
-#undef UNIFORM_FIELD
-};
-
 struct vit_renderer {
     struct vit_gl *gl;
     const struct vit_volume *volume;
     struct vit_texture3d texture3d;
+    struct vit_stacks stacks;
     struct vit_shade shade;
     struct vit_light3d light3d;
     struct vit_table table;
@@ -36,9 +17,9 @@ struct vit_renderer {
     struct vit_surface surfaces[2]; /* of the last two sizes asked for: at rest, and moving */
     struct vit_surface *surface;    /* the one in use */
     struct vit_present present;
-    struct program program, reduce_program;
+    struct vit_program program, reduce_program;
     struct vit_mesh mesh;
-    GLuint buffers[2], vertex_array;
+    GLuint buffer;
     struct vit_render_stats stats;
 };
 
@@ -52,8 +33,7 @@ struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_vol
     renderer->gl = gl;
     renderer->volume = volume;
     renderer->surface = renderer->surfaces;
-    glGenBuffers(2, renderer->buffers);
-    glGenVertexArrays(1, &renderer->vertex_array);
+    glGenBuffers(1, &renderer->buffer);
     return renderer;
 }
 
@@ -63,6 +43,7 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     if (!renderer)
         return;
     vit_texture3d_clear(&renderer->texture3d);
+    vit_stacks_clear(&renderer->stacks);
     vit_shade_clear(&renderer->shade);
     vit_light3d_clear(&renderer->light3d);
     vit_table_clear(&renderer->table);
@@ -71,17 +52,17 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(renderer->surfaces); i++) {
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].target);
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].reduced);
+        vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].other);
     }
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
     glDeleteProgram(renderer->reduce_program.name);
-    glDeleteBuffers(2, renderer->buffers);
-    glDeleteVertexArrays(1, &renderer->vertex_array);
+    glDeleteBuffers(1, &renderer->buffer);
     vit_free(renderer);
     *renderer_pointer = NULL;
 }
 
-static bool prepare_program(struct vit_renderer *renderer, struct program *program, const char *name,
+static bool prepare_program(struct vit_renderer *renderer, struct vit_program *program, const char *name,
                             const struct vit_plan *plan)
 {
     int groups = (plan->axis.segments + 3) / 4;
@@ -104,15 +85,15 @@ static bool prepare_program(struct vit_renderer *renderer, struct program *progr
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
         if (plan->features >> bit & 1)
             defines[count++] = feature_names[bit];
-    *program = (struct program){.name = vit_gl_program_create(renderer->gl, name, defines),
-                                .features = plan->features,
-                                .slabs_per_pass = plan->slabs_per_pass,
-                                .axis_groups = groups};
+    *program = (struct vit_program){.name = vit_gl_program_create(renderer->gl, name, defines),
+                                    .features = plan->features,
+                                    .slabs_per_pass = plan->slabs_per_pass,
+                                    .axis_groups = groups};
     if (!program->name)
         return false;
     program->outline = glGetAttribLocation(program->name, "outline");
 #define UNIFORM_LOCATION(uniform) program->uniform = glGetUniformLocation(program->name, #uniform);
-    UNIFORMS(UNIFORM_LOCATION)
+    VIT_UNIFORMS(UNIFORM_LOCATION)
 #undef UNIFORM_LOCATION
     return true;
 }
@@ -146,6 +127,22 @@ static void choose_surface(struct vit_renderer *renderer, const struct vit_plan 
         renderer->surface = other;
 }
 
+/* The path that is not taken keeps nothing. */
+static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan *plan,
+                           const struct vit_progress *progress)
+{
+    struct vit_gl *gl = renderer->gl;
+    if (plan->path == VIT_PATH_STACKS) {
+        vit_texture3d_clear(&renderer->texture3d);
+        vit_light3d_clear(&renderer->light3d);
+        return vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, plan, progress);
+    }
+    vit_stacks_clear(&renderer->stacks);
+    return vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
+           vit_texture3d_prepare(gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress) &&
+           vit_light3d_prepare(gl, &renderer->light3d, &renderer->shade, plan, progress);
+}
+
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
@@ -153,18 +150,17 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     choose_surface(renderer, plan);
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
         !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
-        !vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, progress) ||
-        !vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan,
-                               progress) ||
-        !vit_light3d_prepare(renderer->gl, &renderer->light3d, &renderer->shade, plan, progress) ||
-        !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
+        (plan->stack_count > 1 && (!prepare_target(renderer, &renderer->surface->other, plan) ||
+                                   !vit_present_prepare(renderer->gl, &renderer->present))) ||
+        !prepare_volume(renderer, plan, progress) || !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
         !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
         return false;
     if (!vit_mesh_reserve(&renderer->mesh, plan)) {
         vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
         return false;
     }
-    renderer->stats.texture_bytes = renderer->texture3d.bytes + renderer->table.bytes + renderer->occupancy.bytes +
+    renderer->stats.texture_bytes = renderer->texture3d.bytes + vit_stacks_bytes(&renderer->stacks) +
+                                    renderer->table.bytes + renderer->occupancy.bytes +
                                     (plan->features & VIT_FEATURE(LIGHT) ? renderer->light3d.bytes : 0);
     renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
     return true;
@@ -176,14 +172,18 @@ static void set_vec3(GLint location, struct vit_vec3 v)
 }
 
 /* The table's axis in units of texel values; segments beyond the last add nothing. */
-static void set_axis(const struct program *program, const struct vit_plan *plan, const struct vit_texture3d *texture)
+static void set_axis(const struct vit_renderer *renderer, const struct vit_program *program,
+                     const struct vit_plan *plan)
 {
     const struct vit_hu_axis *axis = &plan->axis;
+    bool stacks = plan->path == VIT_PATH_STACKS;
+    double hu_origin = stacks ? renderer->stacks.hu_origin : renderer->texture3d.hu_origin;
+    double hu_per_value = stacks ? renderer->stacks.hu_per_value : renderer->texture3d.hu_per_value;
     GLfloat from[VIT_HU_AXIS_SEGMENTS_MAX] = {0}, scale[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
     GLfloat share[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
     for (int i = 0; i < axis->segments; i++) {
-        from[i] = (GLfloat)((axis->hu[i] - texture->hu_origin) / texture->hu_per_value);
-        scale[i] = (GLfloat)(texture->hu_per_value / (axis->hu[i + 1] - axis->hu[i]));
+        from[i] = (GLfloat)((axis->hu[i] - hu_origin) / hu_per_value);
+        scale[i] = (GLfloat)(hu_per_value / (axis->hu[i + 1] - axis->hu[i]));
         share[i] = (GLfloat)((double)(axis->entry[i + 1] - axis->entry[i]) / axis->entries);
     }
     glUniform4fv(program->axis_from, program->axis_groups, from);
@@ -192,13 +192,13 @@ static void set_axis(const struct program *program, const struct vit_plan *plan,
     /* In texel values, which may run the other way. */
     double ends[2];
     for (int i = 0; i < 2; i++)
-        ends[i] = fmax(-1e30, fmin(1e30, (plan->visible_hu[i] - texture->hu_origin) / texture->hu_per_value));
+        ends[i] = fmax(-1e30, fmin(1e30, (plan->visible_hu[i] - hu_origin) / hu_per_value));
     glUniform2f(program->visible_hu, (GLfloat)fmin(ends[0], ends[1]), (GLfloat)fmax(ends[0], ends[1]));
     glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
     glUniform1i(program->table, 1);
 }
 
-static void set_uniforms(const struct program *program, const struct vit_plan *plan)
+static void set_uniforms(const struct vit_program *program, const struct vit_plan *plan)
 {
     static const double whole[3] = {1, 1, 1};
     const struct vit_camera *camera = &plan->camera;
@@ -240,7 +240,7 @@ static void set_uniforms(const struct program *program, const struct vit_plan *p
     }
 }
 
-static void set_light(const struct program *program, const struct vit_plan *plan)
+static void set_light(const struct vit_program *program, const struct vit_plan *plan)
 {
     const struct vit_plan_light *light = &plan->light;
     if (plan->features & VIT_FEATURE(LIGHT_GAIN))
@@ -255,11 +255,10 @@ static void set_light(const struct program *program, const struct vit_plan *plan
     glUniform1f(program->light_ambient, (GLfloat)light->model.material.ambient);
 }
 
-static void send_vertices(struct vit_renderer *renderer, const struct program *program, const void *vertices,
+static void send_vertices(struct vit_renderer *renderer, const struct vit_program *program, const void *vertices,
                           size_t bytes)
 {
-    glBindVertexArray(renderer->vertex_array);
-    glBindBuffer(GL_ARRAY_BUFFER, renderer->buffers[0]);
+    glBindBuffer(GL_ARRAY_BUFFER, renderer->buffer);
     glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)bytes, vertices, GL_STREAM_DRAW);
     glEnableVertexAttribArray((GLuint)program->outline);
     glVertexAttribPointer((GLuint)program->outline, 3, GL_FLOAT, GL_FALSE, 0, NULL);
@@ -274,14 +273,17 @@ static void bind_textures(struct vit_renderer *renderer, const struct vit_plan *
         glActiveTexture(GL_TEXTURE6);
         glBindTexture(GL_TEXTURE_3D, renderer->light3d.texture);
     }
-    glActiveTexture(GL_TEXTURE3);
-    glBindTexture(GL_TEXTURE_3D, renderer->occupancy.texture);
+    if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
+        glActiveTexture(GL_TEXTURE3);
+        glBindTexture(GL_TEXTURE_3D, renderer->occupancy.texture);
+    }
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, 0);
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_2D, renderer->table.texture);
     glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
+    if (plan->path == VIT_PATH_3D)
+        glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
 }
 
 static void clear_target(const struct vit_gl_target *target)
@@ -304,35 +306,39 @@ static void set_blending(const struct vit_plan *plan)
         glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);
 }
 
-static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan)
+/* The mesh as it is: with the 3D texture, or part by part with those of a stack. */
+static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack)
 {
     const struct vit_mesh *mesh = &renderer->mesh;
-    glUseProgram(renderer->program.name);
-    set_uniforms(&renderer->program, plan);
-    set_light(&renderer->program, plan);
+    const struct vit_program *program = &renderer->program;
+    glUseProgram(program->name);
+    set_uniforms(program, plan);
+    set_light(program, plan);
+    if (stack)
+        vit_stacks_set_rays(program, plan, stack);
     if (plan->axis.entries > 0)
-        set_axis(&renderer->program, plan, &renderer->texture3d);
-    send_vertices(renderer, &renderer->program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, renderer->buffers[1]);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(mesh->index_count * sizeof *mesh->indices), mesh->indices,
-                 GL_STREAM_DRAW);
+        set_axis(renderer, program, plan);
+    send_vertices(renderer, program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     bind_textures(renderer, plan);
     set_blending(plan);
-    glDrawElements(GL_TRIANGLES, (GLsizei)mesh->index_count, GL_UNSIGNED_INT, NULL);
+    for (size_t i = 0; i < mesh->part_count; i++) {
+        if (stack)
+            vit_stacks_set_part(program, &renderer->stacks, plan, stack, &mesh->parts[i]);
+        glDrawArrays(GL_TRIANGLES, (GLint)mesh->parts[i].first, (GLsizei)mesh->parts[i].count);
+    }
     glDisable(GL_BLEND);
 }
 
 /* Classifies what the rays were reduced to. */
-static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *plan)
+static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_gl_target *target)
 {
     static const struct vit_mesh_vertex whole[3] = {{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}};
-    const struct program *program = &renderer->reduce_program;
-    clear_target(&renderer->surface->target);
+    const struct vit_program *program = &renderer->reduce_program;
+    clear_target(target);
     glUseProgram(program->name);
-    set_axis(program, plan, &renderer->texture3d);
+    set_axis(renderer, program, plan);
     glUniform1i(program->reduced, 2);
-    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)renderer->surface->target.width,
-                1.0f / (GLfloat)renderer->surface->target.height);
+    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)target->width, 1.0f / (GLfloat)target->height);
     send_vertices(renderer, program, whole, sizeof whole);
     bind_textures(renderer, plan);
     glActiveTexture(GL_TEXTURE2);
@@ -340,19 +346,38 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+/* The picture by one stack, or by the 3D texture (stack NULL), into `target`. */
+static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
+                         const struct vit_gl_target *target)
+{
+    bool reduce = plan->features & VIT_FEATURE(REDUCE);
+    if (stack)
+        vit_mesh_build_stack(&renderer->mesh, plan, stack);
+    else
+        vit_mesh_build(&renderer->mesh, plan);
+    clear_target(reduce ? &renderer->surface->reduced : target);
+    if (renderer->mesh.vertex_count > 0)
+        draw_slabs(renderer, plan, stack);
+    if (reduce)
+        draw_reduced(renderer, plan, target);
+    renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * plan->slabs_per_pass);
+}
+
 bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     uint64_t start = vit_clock_ns();
-    bool reduce = plan->features & VIT_FEATURE(REDUCE);
-    vit_mesh_build(&renderer->mesh, plan);
-    clear_target(reduce ? &renderer->surface->reduced : &renderer->surface->target);
-    if (renderer->mesh.index_count > 0)
-        draw_slabs(renderer, plan);
-    if (reduce)
-        draw_reduced(renderer, plan);
+    struct vit_surface *surface = renderer->surface;
+    renderer->stats.fragments = 0;
+    draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
+    double shown = plan->stack_count > 0 ? plan->stacks[0].weight : 1;
+    for (int i = 1; i < plan->stack_count; i++) {
+        draw_picture(renderer, plan, &plan->stacks[i], &surface->other);
+        shown += plan->stacks[i].weight;
+        vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target,
+                        plan->stacks[i].weight / shown);
+    }
     glFinish();
     renderer->stats.slices = plan->slab_count;
-    renderer->stats.fragments = (uint64_t)(renderer->mesh.area_px * plan->slabs_per_pass);
     renderer->stats.frame_ms = (double)(vit_clock_ns() - start) * 1e-6;
     return vit_gl_check(renderer->gl, "frame");
 }

@@ -7,10 +7,11 @@
 const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
     [VIT_TEXEL_RGBA8] = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 4},
     [VIT_TEXEL_RGBA16] = {GL_RGBA16_EXT, GL_RGBA, GL_UNSIGNED_SHORT, 4, 8},
-    [VIT_TEXEL_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_FLOAT, 4, 16},
+    [VIT_TEXEL_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, 4, 8},
     [VIT_TEXEL_R8] = {GL_R8, GL_RED, GL_UNSIGNED_BYTE, 1, 1},
     [VIT_TEXEL_R16] = {GL_R16_EXT, GL_RED, GL_UNSIGNED_SHORT, 1, 2},
-    [VIT_TEXEL_R16F] = {GL_R16F, GL_RED, GL_FLOAT, 1, 4},
+    [VIT_TEXEL_R16F] = {GL_R16F, GL_RED, GL_HALF_FLOAT, 1, 2},
+    [VIT_TEXEL_R8R8] = {0, 0, GL_UNSIGNED_SHORT, 1, 2}, /* the higher byte first */
 };
 
 /* Texels depend on the transfer function only where they are classified. */
@@ -24,16 +25,36 @@ uint64_t vit_texels_hash(const struct vit_plan *plan)
     return vit_hash_bytes(hash, &plan->slab_mm, sizeof plan->slab_mm);
 }
 
-static void store_texel(const struct vit_texel_format *format, const double *value, void *out)
+/* To the nearest, ties to even; beyond the largest half infinity. */
+static uint16_t half_from_float(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    uint32_t sign = bits >> 16 & 0x8000, rest = bits & 0x7fffffff;
+    if (rest >= 0x477ff000)
+        return (uint16_t)(sign | 0x7c00);
+    if (rest < 0x38800000) { /* below the least normal half: units of 2^-24 */
+        float magnitude = fabsf(value) * 0x1p24f;
+        return (uint16_t)(sign | (uint32_t)lrintf(magnitude));
+    }
+    uint32_t odd = rest >> 13 & 1;
+    return (uint16_t)(sign | ((rest - 0x38000000 + 0xfff + odd) >> 13));
+}
+
+static void store_texel(const struct vit_texel_format *format, bool bytes, const double *value, void *out)
 {
     for (int c = 0; c < format->channels; c++) {
         double clamped = fmin(1, fmax(0, value[c]));
-        if (format->type == GL_UNSIGNED_BYTE)
+        uint16_t whole = (uint16_t)lround(clamped * 65535);
+        if (bytes) {
+            ((uint8_t *)out)[0] = (uint8_t)(whole >> 8);
+            ((uint8_t *)out)[1] = (uint8_t)(whole & 255);
+        } else if (format->type == GL_UNSIGNED_BYTE)
             ((uint8_t *)out)[c] = (uint8_t)lround(clamped * 255);
         else if (format->type == GL_UNSIGNED_SHORT)
-            ((uint16_t *)out)[c] = (uint16_t)lround(clamped * 65535);
+            ((uint16_t *)out)[c] = whole;
         else
-            ((float *)out)[c] = (float)value[c];
+            ((uint16_t *)out)[c] = half_from_float((float)value[c]);
     }
 }
 
@@ -44,7 +65,7 @@ static void scalar_scale(const struct vit_texel_format *format, const struct vit
 {
     double range = fmax(1, (double)stats->raw_max - stats->raw_min);
     *origin = stats->raw_min;
-    if (format->type == GL_FLOAT) {
+    if (format->type == GL_HALF_FLOAT) {
         *origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
         *step = 1;
     } else {
@@ -86,16 +107,16 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
         for (int c = 0; c < 4 && lookup->classified; c++)
             lookup->classified[i][c] = (float)value[c];
         if (!lookup->dither)
-            store_texel(format, value, entry);
+            store_texel(format, plan->texel == VIT_TEXEL_R8R8, value, entry);
         for (int c = 0; c < 4 && lookup->dither; c++)
             ((uint16_t *)(void *)entry)[c] = (uint16_t)lround(fmin(1, fmax(0, value[c])) * 255 * 256);
     }
     return true;
 }
 
-static size_t entry_of(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t i)
+static size_t entry_of(const struct vit_texels *lookup, enum vit_sample sample, const void *samples, size_t at)
 {
-    int raw = sample == VIT_SAMPLE_I16 ? ((const int16_t *)row)[i] : ((const uint16_t *)row)[i];
+    int raw = sample == VIT_SAMPLE_I16 ? ((const int16_t *)samples)[at] : ((const uint16_t *)samples)[at];
     return (size_t)(raw - lookup->raw_min);
 }
 
@@ -107,51 +128,49 @@ static uint32_t dither_at(uint32_t place)
 }
 
 /* A hash of the place says where a texel rounds; the same for all channels, so that colour stays below opacity. */
-static void dither_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
-                       uint32_t place, unsigned char *out)
+static void dither_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
+                        const struct vit_texels_line *line, unsigned char *out)
 {
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < line->count; i++) {
         uint16_t fine[4];
-        memcpy(fine, lookup->entries + entry_of(lookup, sample, row, i) * sizeof fine, sizeof fine);
-        uint32_t up = dither_at(place + (uint32_t)i);
+        size_t at = line->place + i * line->stride;
+        memcpy(fine, lookup->entries + entry_of(lookup, sample, samples, at) * sizeof fine, sizeof fine);
+        uint32_t up = dither_at((uint32_t)at);
         for (size_t c = 0; c < 4; c++)
-            out[i * 4 + c] = (unsigned char)((fine[c] + up) >> 8);
+            out[i * line->out_stride + c] = (unsigned char)((fine[c] + up) >> 8);
     }
 }
 
 /* The sizes are constants so that the copies are single moves. */
-static void classify_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
-                         unsigned char *out)
+static void classify_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
+                          const struct vit_texels_line *line, unsigned char *out)
 {
     const unsigned char *entries = lookup->entries;
-    for (size_t i = 0; i < count; i++) {
-        size_t entry = entry_of(lookup, sample, row, i);
+    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
+        size_t entry = entry_of(lookup, sample, samples, line->place + i * line->stride);
         switch (lookup->entry_bytes) {
         case 1:
-            out[i] = entries[entry];
+            *out = entries[entry];
             break;
         case 2:
-            memcpy(out + i * 2, entries + entry * 2, 2);
+            memcpy(out, entries + entry * 2, 2);
             break;
         case 4:
-            memcpy(out + i * 4, entries + entry * 4, 4);
-            break;
-        case 8:
-            memcpy(out + i * 8, entries + entry * 8, 8);
+            memcpy(out, entries + entry * 4, 4);
             break;
         default:
-            memcpy(out + i * 16, entries + entry * 16, 16);
+            memcpy(out, entries + entry * 8, 8);
         }
     }
 }
 
-void vit_texels_row(const struct vit_texels *lookup, enum vit_sample sample, const void *row, size_t count,
-                    uint32_t place, unsigned char *out)
+void vit_texels_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
+                     const struct vit_texels_line *line, unsigned char *out)
 {
     if (lookup->dither)
-        dither_row(lookup, sample, row, count, place, out);
+        dither_line(lookup, sample, samples, line, out);
     else
-        classify_row(lookup, sample, row, count, out);
+        classify_line(lookup, sample, samples, line, out);
 }
 
 /* C·body + A·shine, then `factor` times as thick; highlights fit below 1 after division by the gain. */
@@ -182,7 +201,7 @@ void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade 
         light_texel(texel, &light, gain, lit);
         const double value[4] = {lit[0], lit[1], lit[2], lit[3]};
         if (!texels->dither) {
-            store_texel(format, value, out);
+            store_texel(format, false, value, out);
             continue;
         }
         uint32_t up = dither_at((uint32_t)(first + i));

@@ -15,10 +15,11 @@ static void put_row(const void *user, size_t first, size_t count, unsigned char 
 {
     const struct rows *rows = user;
     const unsigned char *row = rows->samples + first * 2;
+    const struct vit_texels_line line = {first, 1, count, rows->texels->format->bytes};
     if (rows->shade)
         vit_texels_lit_row(rows->texels, rows->shade, rows->plan, rows->sample, row, first, count, out);
     else
-        vit_texels_row(rows->texels, rows->sample, row, count, (uint32_t)first, out);
+        vit_texels_line(rows->texels, rows->sample, rows->samples, &line, out);
 }
 
 static bool upload(struct vit_gl *gl, const struct vit_texels *texels, const struct vit_volume *volume,

@@ -136,10 +136,10 @@ if [ -w /dev/full ]; then
 fi
 
 # ---- GL -----------------------------------------------------------------------------------------------------------
-snapshot 4 "a 3D texture too large for the driver" phantom:cube-letters --gl-limit max_3d_texture_size=64
-refused 4 "a 3D texture too large: plan says so too" plan phantom:cube-letters --gl-limit max_3d_texture_size=64
-snapshot 4 "no 3D textures at all" phantom:block --gl-limit max_3d_texture_size=0
-snapshot 4 "OpenGL ES 2" phantom:block --gl-limit gles_major=2
+snapshot 4 "a 3D texture too large for the driver" phantom:cube-letters --path 3d --gl-limit max_3d_texture_size=64
+refused 4 "a 3D texture too large: plan says so too" plan phantom:cube-letters --path 3d --gl-limit max_3d_texture_size=64
+snapshot 4 "no 3D textures at all" phantom:block --path 3d --gl-limit max_3d_texture_size=0
+snapshot 4 "OpenGL ES 2" phantom:block --path 3d --gl-limit gles_major=2
 snapshot 4 "a picture too large for the driver's textures" phantom:block --gl-limit max_texture_size=24
 refused 4 "a picture too large for the driver's textures: plan says so too" plan phantom:block --gl-limit max_texture_size=24
 refused 4 "a look-up table too large for the driver's textures" snapshot phantom:block --size 16x16 --preset mip --gl-limit max_texture_size=16 -o out.png

@@ -340,6 +340,7 @@ static void what_does_not_fit_is_refused_with_the_limit(void **state)
                  {"max_texture_size=64", "(max_texture_size); lower --size"},
                  {"max_texture_mib=0", NULL},
                  {"max_texture_mib=1", NULL}};
+    request.path = VIT_PATH_3D;
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         request.caps = all_caps;
         assert_true(vit_caps_limit(&request.caps, cases[i].limit, NULL));

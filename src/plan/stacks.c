@@ -1,0 +1,267 @@
+/* Stacks of 2D textures (TH98's texture planes, blended between slices): which of the three stand most across the view,
+ * their slabs, and how each lies in textures. */
+#include <math.h>
+#include <string.h>
+
+#include "plan_private.h"
+
+/* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
+ * the diagonal between two axes. */
+#define FADE_COSINE 0.1
+/* Perspective: a stack's share begins where the eye is outside the box along its axis, and is whole this part of the
+ * diagonal further out. */
+#define EYE_CLEAR 0.05
+/* Textures are no larger than this, so that none needs to be allocated in one piece that is hard to find. */
+#define STACK_TEXTURE_BYTES (UINT64_C(64) << 20)
+
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+static size_t divide_up(size_t a, size_t b)
+{
+    return (a + b - 1) / b;
+}
+
+static size_t power_of_two(size_t n)
+{
+    size_t power = 1;
+    while (power < n)
+        power *= 2;
+    return power;
+}
+
+/* ---- geometry ---------------------------------------------------------------------------------------------------- */
+
+static struct vit_vec3 axis_gradient(const struct vit_plan *plan, int axis)
+{
+    return (struct vit_vec3){plan->tex_from_mm.m[axis][0], plan->tex_from_mm.m[axis][1], plan->tex_from_mm.m[axis][2]};
+}
+
+/* HU bends at the slices: faces on them leave it straight between faces. With an even number of slices the box's centre
+ * lies between two of them, and every slab_mm that goes into their distance an odd number of times would miss them. */
+static double slab_offset(const struct vit_plan *plan, const struct vit_plan_stack *stack)
+{
+    double spacing = stack->box_mm / (double)plan->n[stack->axis];
+    double from_center = plan->n[stack->axis] % 2 == 0 ? spacing / 2 : 0;
+    return from_center - plan->slab_mm * floor(from_center / plan->slab_mm + 1e-9);
+}
+
+/* The stack of one axis but for its weight's scale; weight 0 where it cannot be drawn. */
+static struct vit_plan_stack stack_of(const struct vit_plan *plan, int axis)
+{
+    const struct vit_camera *camera = &plan->camera;
+    struct vit_vec3 gradient = axis_gradient(plan, axis);
+    double steep = vit_vec3_length(gradient), cosine = vit_vec3_dot(gradient, camera->toward_eye) / steep;
+    struct vit_plan_stack stack = {.axis = axis, .toward = cosine < 0 ? -1 : 1, .box_mm = 1 / steep};
+    stack.weight = fabs(cosine);
+    stack.path_mm = 1 / fmax(fabs(cosine), 1e-9);
+    double far_mm = (plan->clip_low[axis] - 0.5) * stack.toward / steep;
+    double near_mm = (plan->clip_high[axis] - 0.5) * stack.toward / steep;
+    if (far_mm > near_mm) {
+        double other = far_mm;
+        far_mm = near_mm;
+        near_mm = other;
+    }
+    /* A face that lies on a slab face up to rounding does not begin another slab. */
+    stack.offset_mm = slab_offset(plan, &stack);
+    stack.slab_first = (int)floor((far_mm - stack.offset_mm) / plan->slab_mm + 1e-9);
+    stack.slab_count = (int)fmax(0, ceil((near_mm - stack.offset_mm) / plan->slab_mm - 1e-9) - stack.slab_first);
+    if (camera->perspective)
+        stack.eye_mm = camera->eye_mm * fabs(cosine);
+    return stack;
+}
+
+/* Shares of the picture: a function of the view alone, so that pictures do not depend on what was drawn before. */
+static void weigh(const struct vit_plan *plan, struct vit_plan_stack all[3])
+{
+    double greatest = 0, sum = 0;
+    for (int i = 0; i < 3; i++) {
+        double clear = (all[i].eye_mm - all[i].box_mm / 2) / (EYE_CLEAR * plan->camera.diagonal_mm);
+        if (plan->camera.perspective && clear < 1e-3)
+            all[i].weight = 0;
+        greatest = fmax(greatest, all[i].weight);
+    }
+    for (int i = 0; i < 3; i++) {
+        double clear = (all[i].eye_mm - all[i].box_mm / 2) / (EYE_CLEAR * plan->camera.diagonal_mm);
+        all[i].weight = all[i].weight > 0 ? fmax(0, all[i].weight - greatest + FADE_COSINE) : 0;
+        all[i].weight *= plan->camera.perspective ? fmin(1, clear) : 1;
+        sum += all[i].weight;
+    }
+    for (int i = 0; i < 3 && sum > 0; i++)
+        all[i].weight /= sum;
+}
+
+static void sort_by_weight(struct vit_plan_stack all[3])
+{
+    for (int i = 1; i < 3; i++)
+        for (int k = i; k > 0 && all[k].weight > all[k - 1].weight; k--) {
+            struct vit_plan_stack other = all[k];
+            all[k] = all[k - 1];
+            all[k - 1] = other;
+        }
+}
+
+/* ---- textures ---------------------------------------------------------------------------------------------------- */
+
+/* Slices in a tile: as many as its texels have channels for, where the hardware can interpolate them. */
+static void choose_span(const struct vit_plan *plan, struct vit_stack_layout *layout)
+{
+    switch (plan->texel) {
+    case VIT_TEXEL_R8:
+    case VIT_TEXEL_R16:
+    case VIT_TEXEL_R16F:
+        layout->span = 4;
+        layout->step = 3;
+        break;
+    case VIT_TEXEL_R8R8:
+        layout->span = 2;
+        layout->step = 1;
+        break;
+    default:
+        layout->span = layout->step = 1;
+    }
+}
+
+/* The bricks of `n` voxels so that none has more than `most`, rim voxels shared. */
+static size_t brick_count(size_t n, size_t most)
+{
+    return n <= most ? 1 : divide_up(n - 1, most - 1);
+}
+
+static size_t brick_voxels(size_t n, size_t bricks)
+{
+    return bricks == 1 ? n : divide_up(n - 1, bricks) + 1;
+}
+
+/* False if this GL's textures are too small for anything. */
+static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, int axis, struct vit_stack_layout *layout)
+{
+    const size_t *n = plan->n;
+    size_t side = (size_t)caps->max_texture_size;
+    if (!caps->texture_npot && power_of_two(side) > side)
+        side = power_of_two(side) / 2;
+    *layout = (struct vit_stack_layout){.axis = axis, .across = axis == 0 ? 1 : 0, .down = axis == 2 ? 1 : 2};
+    choose_span(plan, layout);
+    bool pairs = layout->span == 1 && n[axis] > 1; /* a fetch goes to two tiles, of one texture */
+    size_t texel = vit_texel_bytes(plan->texel) * layout->span;
+    if (side < 8)
+        return false;
+    layout->tiles = layout->span == 1 ? n[axis] : n[axis] > 1 ? divide_up(n[axis] - 1, layout->step) : 1;
+    layout->bricks[layout->across] = brick_count(n[layout->across], side);
+    layout->bricks[layout->down] = brick_count(n[layout->down], pairs ? side / 2 : side);
+    layout->tile_width = brick_voxels(n[layout->across], layout->bricks[layout->across]);
+    layout->tile_height = brick_voxels(n[layout->down], layout->bricks[layout->down]);
+    size_t tile_bytes = layout->tile_width * layout->tile_height * texel;
+    size_t fit =
+        least((side / layout->tile_width) * (side / layout->tile_height), (size_t)(STACK_TEXTURE_BYTES / tile_bytes));
+    fit = fit < 2 ? 1 + (size_t)pairs : fit;
+    if (fit >= layout->tiles) {
+        layout->bricks[axis] = 1;
+        layout->tiles_per_texture = layout->tiles;
+    } else {
+        size_t shared = layout->span == 1; /* the last tile of a texture is the first of the next */
+        layout->bricks[axis] = divide_up(layout->tiles - shared, fit - shared);
+        layout->tiles_per_texture = divide_up(layout->tiles - shared, layout->bricks[axis]) + shared;
+    }
+    /* As square as it goes: small sides are the rarer limit. */
+    size_t columns = (size_t)ceil(
+        sqrt((double)layout->tiles_per_texture * (double)layout->tile_height / (double)layout->tile_width));
+    columns = columns < 1 ? 1 : columns;
+    columns = least(least(columns, layout->tiles_per_texture), side / layout->tile_width);
+    while (divide_up(layout->tiles_per_texture, columns) * layout->tile_height > side)
+        columns++;
+    layout->columns = columns;
+    layout->rows = divide_up(layout->tiles_per_texture, columns);
+    layout->width = layout->columns * layout->tile_width;
+    layout->height = layout->rows * layout->tile_height;
+    if (!caps->texture_npot) {
+        layout->width = power_of_two(layout->width);
+        layout->height = power_of_two(layout->height);
+    }
+    layout->bytes =
+        (uint64_t)layout->width * layout->height * texel * layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
+    return true;
+}
+
+struct vit_stack_brick vit_stack_brick_at(const struct vit_stack_layout *layout, const size_t n[3],
+                                          const size_t brick[3])
+{
+    struct vit_stack_brick out;
+    const size_t width[3] = {layout->tile_width, layout->tile_height};
+    const int in_tile[2] = {layout->across, layout->down};
+    for (int i = 0; i < 2; i++) {
+        int axis = in_tile[i];
+        size_t stride = layout->bricks[axis] > 1 ? width[i] - 1 : n[axis];
+        out.first[axis] = least(brick[axis] * stride, n[axis] - 1);
+        out.last[axis] = least(out.first[axis] + width[i], n[axis]) - 1;
+    }
+    size_t shared = layout->span == 1 && layout->bricks[layout->axis] > 1;
+    out.first_tile = brick[layout->axis] * (layout->tiles_per_texture - shared);
+    out.tiles = out.first_tile < layout->tiles ? least(layout->tiles_per_texture, layout->tiles - out.first_tile) : 0;
+    size_t slices = layout->span == 1 ? out.tiles : out.tiles * layout->step + 1;
+    out.first[layout->axis] = least(out.first_tile * layout->step, n[layout->axis] - 1);
+    out.last[layout->axis] = least(out.first[layout->axis] + slices, n[layout->axis]) - 1;
+    return out;
+}
+
+/* ---- both -------------------------------------------------------------------------------------------------------- */
+
+static bool cut_eye(const struct vit_plan *plan, const struct vit_log *log)
+{
+    if (plan->stack_count > 0)
+        return true;
+    vit_error(log, "the eye is inside the volume, which stacks cannot be drawn from; --path 3d can");
+    return false;
+}
+
+/* A second stack is worth less than a picture. */
+static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    uint64_t limit = (uint64_t)request->caps.max_texture_mib << 20;
+    if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
+        plan->stack_count = 1;
+    plan->texture_bytes = 0;
+    for (int i = 0; i < plan->stack_count; i++) {
+        if (i > 0 && limit > 0 && plan->texture_bytes + plan->stacks[i].layout.bytes > limit) {
+            vit_plan_leave_out(plan, plan->stacks[i].layout.bytes, "cross-fade",
+                               "a second stack does not fit into %d MiB (max_texture_mib)",
+                               request->caps.max_texture_mib);
+            plan->stack_count = i;
+            break;
+        }
+        plan->texture_bytes += plan->stacks[i].layout.bytes;
+    }
+    double sum = 0;
+    for (int i = 0; i < plan->stack_count; i++)
+        sum += plan->stacks[i].weight;
+    for (int i = 0; i < plan->stack_count; i++)
+        plan->stacks[i].weight /= sum;
+}
+
+bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request, const struct vit_log *log)
+{
+    struct vit_plan_stack all[3];
+    for (int axis = 0; axis < 3; axis++)
+        all[axis] = stack_of(plan, axis);
+    weigh(plan, all);
+    sort_by_weight(all);
+    plan->features |= VIT_FEATURE(STACKS);
+    plan->features |= plan->texel == VIT_TEXEL_R8R8 ? VIT_FEATURE(BYTES) : 0;
+    plan->features |= plan->filter == VIT_FILTER_NEAREST ? VIT_FEATURE(NEAREST) : 0;
+    for (int i = 0; i < 3 && all[i].weight > 0; i++) {
+        if (!lay_out(plan, &request->caps, all[i].axis, &all[i].layout)) {
+            vit_error(log, "this GL's 2D textures have at most %d per side (max_texture_size); stacks need 8",
+                      request->caps.max_texture_size);
+            return false;
+        }
+        plan->stacks[plan->stack_count++] = all[i];
+    }
+    if (!cut_eye(plan, log))
+        return false;
+    fit_fade(plan, request);
+    plan->slab_first = plan->stacks[0].slab_first;
+    plan->slab_count = plan->stacks[0].slab_count;
+    return vit_plan_fits_memory(plan, &request->caps, log);
+}
