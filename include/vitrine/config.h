@@ -61,6 +61,20 @@ VIT_NODISCARD bool vit_preset_set(struct vit_preset *preset, const char *key_is_
 VIT_NODISCARD bool vit_preset_write(const struct vit_preset *preset, FILE *out);
 void vit_preset_destroy(struct vit_preset **preset);
 
+/* Presets of other programs: 3D Slicer presets.xml, .vp and .vp.json, lists of OHIF and Cornerstone (JSON or the
+ * literal in a .js or .ts file), 16-bit CLUTs of Horos and OsiriX (.plist, XML). Appended to `out` under names that are
+ * new there. What is not clean is mended with a warning; a preset without colour or opacity is left out with an error.
+ * False (logged): no preset came of it. */
+struct vit_preset_list {
+    struct vit_preset **presets;
+    size_t count;
+};
+VIT_NODISCARD bool vit_presets_import(const char *path, struct vit_preset_list *out, const struct vit_log *log);
+/* From text in memory; `origin` names it in messages and gives a nameless preset its name. */
+VIT_NODISCARD bool vit_presets_import_text(const char *text, size_t bytes, const char *origin,
+                                           struct vit_preset_list *out, const struct vit_log *log);
+void vit_preset_list_clear(struct vit_preset_list *list);
+
 /* The built-in presets, embedded from configs/presets at build time; name NULL ends. */
 struct vit_preset_builtin {
     const char *name;

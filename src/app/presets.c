@@ -2,8 +2,10 @@
 #include "app_private.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define PRESETS_FOLDER "/etc/vitrine/presets"
@@ -80,11 +82,39 @@ static enum vit_exit check(struct app *app)
     return good ? VIT_EXIT_DONE : VIT_EXIT_USAGE;
 }
 
+static bool write_one(struct app *app, const struct vit_preset *preset)
+{
+    char *path = vit_strprintf("%s/%s.yaml", app->settings->output, preset->name);
+    struct vit_outfile *file = path ? vit_outfile_create(path, &app->log) : NULL;
+    bool good = file && vit_preset_write(preset, vit_outfile_stream(file)) && vit_outfile_commit(&file);
+    if (good)
+        printf("%s\n", path);
+    vit_outfile_destroy(&file);
+    vit_free(path);
+    return good;
+}
+
+/* Everything that can be had of the files; a file that holds none, or a preset that cannot be written, fails. */
 static enum vit_exit import(struct app *app)
 {
-    vit_error(&app->log, "presets import: this build cannot import presets of other programs; `presets show NAME` "
-                         "gives one to start from");
-    return VIT_EXIT_FAILED;
+    struct vit_preset_list list = {0};
+    enum vit_exit status = VIT_EXIT_DONE;
+    if (!app->settings->output) {
+        vit_error(&app->log, "presets import: say where to: -o FOLDER");
+        return VIT_EXIT_USAGE;
+    }
+    for (size_t i = 1; i < app->settings->input_count; i++)
+        if (!vit_presets_import(app->settings->inputs[i], &list, &app->log))
+            status = VIT_EXIT_INPUT;
+    if (list.count && mkdir(app->settings->output, 0777) && errno != EEXIST) {
+        vit_error(&app->log, "%s: cannot be made: %s", app->settings->output, strerror(errno));
+        status = VIT_EXIT_FAILED;
+    }
+    for (size_t i = 0; i < list.count && status != VIT_EXIT_FAILED; i++)
+        if (!write_one(app, list.presets[i]))
+            status = VIT_EXIT_FAILED;
+    vit_preset_list_clear(&list);
+    return status;
 }
 
 static const struct {

@@ -31,8 +31,7 @@ bool vit_preset_name_valid(const char *name)
     return name[0] && !name[strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-")];
 }
 
-/* The whole file, from vit_alloc; NULL (logged) if it cannot be read or is too large. */
-static char *file_read(const char *path, size_t *bytes, const struct vit_log *log)
+char *vit_preset_file_read(const char *path, size_t *bytes, const struct vit_log *log)
 {
     char *text = NULL;
     FILE *file = vit_fault() ? NULL : fopen(path, "rbe");
@@ -65,7 +64,7 @@ fail:
 static struct vit_preset *preset_from_file(const char *path, const struct vit_log *log)
 {
     size_t bytes;
-    char *text = file_read(path, &bytes, log);
+    char *text = vit_preset_file_read(path, &bytes, log);
     struct vit_preset *preset = text ? vit_preset_parse(text, bytes, path, log) : NULL;
     vit_free(text);
     return preset;

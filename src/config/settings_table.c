@@ -252,8 +252,9 @@ const struct vit_command_row vit_commands[] = {
      "list, show, check and import presets",
      "list: the presets known here. show: one of them, every key written out. check: read files, say what is wrong "
      "with them. "
-     "import: turn other programs' presets into ours.",
-     {"vitrine presets list", "vitrine presets show bone >mine.yaml", "vitrine presets check mine.yaml", NULL}},
+     "import: turn presets of 3D Slicer (.xml, .vp, .vp.json), OHIF, Cornerstone, Horos and OsiriX (.plist) into ours.",
+     {"vitrine presets show bone >mine.yaml", "vitrine presets check mine.yaml",
+      "vitrine presets import presets.xml -o mine/", NULL}},
     {VIT_COMMAND_CAPS,
      "caps",
      "[OPTIONS]",

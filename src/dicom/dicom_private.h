@@ -143,6 +143,9 @@ bool library_heard_damage();
 bool walk(const char *const *paths, size_t count, std::vector<std::string> &files, std::vector<std::string> &rejected,
           const vit_log *log);
 bool is_folder(const char *path);
+/* dicomdir.cc: is the file a directory of a medium, and which files does it name? False: it cannot be read. */
+bool is_dicomdir(const std::string &path);
+bool dicomdir_read(const std::string &path, std::vector<std::string> &files, std::vector<std::string> &rejected);
 /* Two letters that PS3.5 6.2 knows. */
 bool is_vr(const unsigned char *two);
 enum class Probe { dicom, other, unreadable };

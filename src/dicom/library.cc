@@ -4,6 +4,7 @@
 #include "dcmtk/config/osconfig.h"
 
 #include "dcmtk/dcmdata/dcdict.h"
+#include "dcmtk/dcmdata/dcobject.h"
 #include "dcmtk/dcmdata/dcrledrg.h"
 #include "dcmtk/dcmdata/dcvr.h"
 #include "dcmtk/dcmjpeg/djdecode.h"
@@ -64,7 +65,9 @@ bool library_init(const vit_log *log)
     static std::once_flag once;
     std::call_once(once, [] {
         listen();
-        dcmEnableUnknownVRConversion.set(OFTrue); /* attributes written as UN are read as what they are */
+        dcmEnableUnknownVRConversion.set(OFTrue);        /* attributes written as UN are read as what they are */
+        dcmAutoDetectDatasetXfer.set(OFTrue);            /* a meta header that says implicit over explicit, … */
+        dcmAcceptUnexpectedImplicitEncoding.set(OFTrue); /* … and elements without a VR amid those that have one */
         DJDecoderRegistration::registerCodecs();
         DJLSDecoderRegistration::registerCodecs();
         DcmRLEDecoderRegistration::registerCodecs();

@@ -61,14 +61,19 @@ void list_folder(Walk &walk, const std::string &folder)
     }
 }
 
-/* A DICOMDIR stands for the folder it lies in. */
-std::string folder_of_dicomdir(const std::string &path)
+/* What a DICOMDIR names; one that cannot be read, or names nothing that is there, stands for the folder it lies in. */
+void take_dicomdir(Walk &walk, const std::string &path)
 {
-    size_t slash = path.find_last_of('/');
-    std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
-    if (strcasecmp(name.c_str(), "DICOMDIR") != 0)
-        return path;
-    return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+    std::vector<std::string> named;
+    if (!dicomdir_read(path, named, walk.rejected) || named.empty()) {
+        size_t slash = path.find_last_of('/');
+        named.push_back(slash == std::string::npos ? "." : path.substr(0, slash + 1));
+    }
+    for (const std::string &name : named) {
+        struct stat status;
+        if (stat(name.c_str(), &status) == 0)
+            take(walk, name, status);
+    }
 }
 
 } // namespace
@@ -83,8 +88,8 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
             vit_error(log, "%s: cannot be read: %s", one_line(paths[p]).c_str(), strerror(errno));
             return false;
         }
-        std::string path = S_ISREG(status.st_mode) ? folder_of_dicomdir(paths[p]) : paths[p];
-        if ((!S_ISDIR(status.st_mode) && !S_ISREG(status.st_mode)) || stat(path.c_str(), &status) != 0) {
+        std::string path = paths[p];
+        if (!S_ISDIR(status.st_mode) && !S_ISREG(status.st_mode)) {
             vit_error(log, "%s: neither a file nor a folder", one_line(path).c_str());
             return false;
         }
@@ -92,7 +97,10 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
             vit_error(log, "%s: cannot be read: %s", one_line(path).c_str(), strerror(errno));
             return false;
         }
-        take(state, path, status);
+        if (S_ISREG(status.st_mode) && is_dicomdir(path))
+            take_dicomdir(state, path);
+        else
+            take(state, path, status);
     }
     while (!state.folders.empty()) {
         std::string folder = std::move(state.folders.back());

@@ -6,12 +6,15 @@ stored(frame, row, column) = 100 * frame + 10 * row + column - 20, signed 16 bit
 import os
 import subprocess
 import sys
+from io import BytesIO
 
 import numpy as np
 from pydicom.dataset import Dataset, FileMetaDataset
 from pydicom.encaps import encapsulate
+from pydicom.filebase import DicomFileLike
+from pydicom.filewriter import write_dataset, write_file_meta_info
 from pydicom.sequence import Sequence
-from pydicom.uid import ExplicitVRLittleEndian, JPEG2000Lossless
+from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian, JPEG2000Lossless
 
 ROWS, COLUMNS = 6, 10
 
@@ -97,6 +100,28 @@ def save(data, folder, name, pixels=None):
     data.save_as(os.path.join(folder, name), write_like_original=False)
 
 
+def mixed_up(folder, name, claim, implicit, little, meta=True):
+    """A data set in one encoding under a meta header that says another (or none)."""
+    data = single()
+    if not little:
+        data.PixelData = cells(0).astype(">i2").tobytes()
+    body, head = BytesIO(), BytesIO()
+    stream = DicomFileLike(body)
+    stream.is_implicit_VR, stream.is_little_endian = implicit, little
+    file_meta, data.file_meta = data.file_meta, None
+    del data.file_meta
+    data.is_implicit_VR, data.is_little_endian = implicit, little
+    write_dataset(stream, data)
+    if meta:
+        stream = DicomFileLike(head)
+        stream.is_implicit_VR, stream.is_little_endian = False, True
+        file_meta.TransferSyntaxUID = claim
+        file_meta.ImplementationClassUID = "2.25.9"
+        write_file_meta_info(stream, file_meta)
+    with open(os.path.join(folder, name), "wb") as out:
+        out.write((bytes(128) + b"DICM" + head.getvalue() if meta else b"") + body.getvalue())
+
+
 def main(folder):
     os.makedirs(folder, exist_ok=True)
     streams = [codestream(f, folder) for f in range(4)]
@@ -111,6 +136,12 @@ def main(folder):
     save(enhanced(4), folder, "enhanced_j2k", encapsulate(streams))
     save(enhanced(4), folder, "enhanced_j2k_no_table", encapsulate(streams, fragments_per_frame=2, has_bot=False))
     save(enhanced(4), folder, "enhanced_j2k_table", encapsulate(streams, fragments_per_frame=2, has_bot=True))
+    mixed_up(folder, "says_implicit_is_explicit", ImplicitVRLittleEndian, False, True)
+    mixed_up(folder, "says_explicit_is_implicit", ExplicitVRLittleEndian, True, True)
+    mixed_up(folder, "says_big_is_little", ExplicitVRBigEndian, False, True)
+    mixed_up(folder, "says_little_is_big", ExplicitVRLittleEndian, False, False)
+    mixed_up(folder, "no_meta_explicit", None, False, True, meta=False)
+    mixed_up(folder, "no_meta_implicit", None, True, True, meta=False)
     for name, kind, bits in (("float", "<f4", 32), ("double", "<f8", 64)):
         data = single()
         del data.PixelData

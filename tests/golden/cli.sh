@@ -84,7 +84,10 @@ done
 snapshot 2 "an unknown key in --set" phantom:block --set sampling.slices=2
 snapshot 2 "a bad value in --set" phantom:block --set sampling.texture_bits=12
 refused 2 "presets show of an unknown one" presets show nobody
-refused 1 "presets import is not built" presets import "$d/key.yaml" -o out
+refused 3 "presets import of what is no preset" presets import "$d/key.yaml" -o "$d/imported"
+refused 2 "presets import to nowhere" presets import tests/fuzz/seeds/import/presets.xml
+tap_run "presets import: three of 3D Slicer's" "$VITRINE" presets import tests/fuzz/seeds/import/presets.xml -o "$d/imported"
+tap_run "what was imported is good" "$VITRINE" presets check "$d/imported/CT-Step.yaml" "$d/imported/CT-Chest-MIP.yaml" "$d/imported/Dirty.yaml"
 
 # ---- usage --------------------------------------------------------------------------------------------------------
 refused 2 "no command"

@@ -40,7 +40,9 @@ function tables() {
     room(++n, "^cairo", "overlay report")
     room(++n, "^png\\.h$", "image")
     room(++n, "^zlib\\.h$", "nrrd")
-    room(++n, "^jansson\\.h$", "app report")
+    # Other programs keep presets in JSON and XML; they are read where ours are.
+    room(++n, "^jansson\\.h$", "app report config")
+    room(++n, "^expat\\.h$", "config")
     room(++n, "^cglm/", "core proxy gl render")
     room(++n, "^omp\\.h$", "*")
     # The C library and POSIX belong to everybody.

@@ -58,6 +58,21 @@ static void jpeg_2000(void **state)
     }
 }
 
+/* A meta header that is missing, or says another encoding than the data set has. */
+static void mixed_up_encodings(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"says_implicit_is_explicit", "says_explicit_is_implicit", "says_big_is_little",
+                                        "says_little_is_big",        "no_meta_explicit",          "no_meta_implicit"};
+    for (size_t n = 0; n < VIT_ARRAY_LENGTH(names); n++) {
+        struct vit_dicom_scan *scan = open_seed(names[n], 1);
+        double worst = error_of(scan, 0, 0, 1, -1);
+        print_message("# %s: largest error %g HU\n", names[n], worst);
+        assert_true(worst == 0);
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
 static void multi_frame(void **state)
 {
     (void)state;
@@ -155,8 +170,8 @@ static void damaged_seeds(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(jpeg_2000),      cmocka_unit_test(multi_frame),   cmocka_unit_test(phases_of_one_file),
-        cmocka_unit_test(floating_point), cmocka_unit_test(damaged_seeds),
+        cmocka_unit_test(jpeg_2000),          cmocka_unit_test(mixed_up_encodings), cmocka_unit_test(multi_frame),
+        cmocka_unit_test(phases_of_one_file), cmocka_unit_test(floating_point),     cmocka_unit_test(damaged_seeds),
     };
     return cmocka_run_group_tests_name("dicom_frames", tests, NULL, NULL);
 }

@@ -447,6 +447,65 @@ static void rescale_per_slice(void **state)
                   "rescale-requantised", 0.05);
 }
 
+static void put_record(FILE *file, const char *id)
+{
+    uint8_t head[8] = {0xfe, 0xff, 0x00, 0xe0};
+    size_t length = 8 + strlen(id) + (strlen(id) & 1);
+    head[4] = (uint8_t)length;
+    fwrite(head, 1, sizeof head, file);
+    test_put_text(file, 4, 0x1500, "CS", id);
+}
+
+/* A directory of four files: as written, in small letters, outside the folder, and not there. */
+static void write_dicomdir(const char *path)
+{
+    static const uint8_t preamble[128];
+    static const char *const ids[] = {"IMG\\A1", "IMG\\A2", "..\\A3", "IMG\\GONE"};
+    size_t length = 0;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(ids); i++)
+        length += 16 + strlen(ids[i]) + (strlen(ids[i]) & 1);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fwrite(preamble, 1, sizeof preamble, file);
+    fwrite("DICM", 1, 4, file);
+    test_put_text(file, 2, 0x0002, "UI", "1.2.840.10008.1.3.10");
+    test_put_text(file, 2, 0x0010, "UI", "1.2.840.10008.1.2.1");
+    const uint8_t head[12] = {4, 0, 0x20, 0x12, 'S', 'Q', 0, 0, (uint8_t)length};
+    fwrite(head, 1, sizeof head, file);
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(ids); i++)
+        put_record(file, ids[i]);
+    fclose(file);
+}
+
+static void a_dicomdir_names_its_files(void **state)
+{
+    (void)state;
+    struct test_log log;
+    char path[256];
+    snprintf(path, sizeof path, "%s/IMG", folder);
+    assert_int_equal(mkdir(path, 0700), 0);
+    for (int k = 0; k < 4; k++) {
+        static const char *const names[] = {"IMG/A1", "IMG/a2", "A3", "IMG/A4"};
+        char position[32];
+        snprintf(position, sizeof position, "0\\0\\%d", k);
+        struct test_slice s = test_slice_default(k, position);
+        test_slice_write(folder, names[k], &s);
+    }
+    snprintf(path, sizeof path, "%s/INDEX", folder);
+    write_dicomdir(path);
+    struct vit_dicom_scan *scan = test_scan(path, test_log_init(&log));
+    assert_non_null(scan);
+    assert_int_equal(vit_dicom_scan_stack_count(scan), 1);
+    assert_int_equal(vit_dicom_scan_stack(scan, 0)->slices, 2);
+    assert_int_equal(vit_dicom_scan_rejected_count(scan), 2);
+    for (size_t i = 0; i < 2; i++)
+        assert_non_null(strstr(vit_dicom_scan_rejected(scan, i), "named by the DICOMDIR, but not there"));
+    vit_dicom_scan_destroy(&scan);
+    scan = test_scan(folder, test_log_init(&log)); /* the folder is all there is in it */
+    assert_int_equal(vit_dicom_scan_stack(scan, 0)->slices, 4);
+    vit_dicom_scan_destroy(&scan);
+}
+
 static void odd_paths(void **state)
 {
     (void)state;
@@ -606,6 +665,7 @@ int main(void)
         TEST(padding_becomes_air),
         TEST(monochrome1),
         TEST(rescale_per_slice),
+        TEST(a_dicomdir_names_its_files),
         TEST(odd_paths),
         TEST(loops_fifos_and_links_do_no_harm),
         TEST(nested_beyond_reason),
