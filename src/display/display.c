@@ -13,7 +13,8 @@
 
 #include "display_private.h"
 
-#define MASTER_WAIT_MS 2000
+#define MASTER_WAIT_MS   2000
+#define FRAMEBUFFERS_MAX 8
 
 struct vit_display {
     const struct vit_log *log;
@@ -25,6 +26,11 @@ struct vit_display {
     struct gbm_device *gbm;
     struct gbm_surface *surface;
     struct gbm_bo *shown, *pending; /* on the screen, and on its way there */
+    struct framebuffer {            /* one for each of GBM's three or four buffers; bo NULL: free */
+        struct gbm_bo *bo;
+        int fd;
+        uint32_t id;
+    } framebuffers[FRAMEBUFFERS_MAX];
     EGLDisplay egl;
     EGLConfig egl_config;
     EGLSurface egl_surface;
@@ -170,6 +176,16 @@ struct gbm_device *vit_gbm_open(int fd, const struct vit_log *log)
     return gbm;
 }
 
+static void say_egl(const struct vit_display *display, const char *what)
+{
+    char code[32] = "";
+    EGLint error = eglGetError();
+    if (error != EGL_SUCCESS)
+        snprintf(code, sizeof code, " (EGL error 0x%x)", (unsigned)error);
+    vit_error(display->log, "display: %s: %s%s; install its Mesa driver (Debian: libgl1-mesa-dri)", display->path, what,
+              code);
+}
+
 static bool open_egl(struct vit_display *display)
 {
     const char *what = "GBM does not know this card";
@@ -198,8 +214,7 @@ static bool open_egl(struct vit_display *display)
         goto fail;
     return true;
 fail:
-    vit_error(display->log, "display: %s: %s (EGL error 0x%x); install its Mesa driver (Debian: libgl1-mesa-dri)",
-              display->path, what, (unsigned)eglGetError());
+    say_egl(display, what);
     return false;
 }
 
@@ -287,18 +302,12 @@ void vit_display_destroy(struct vit_display **display_pointer)
 
 /* ---- flips ------------------------------------------------------------------------------------------------------ */
 
-struct framebuffer {
-    int fd;
-    uint32_t id;
-};
-
-static void framebuffer_destroy(struct gbm_bo *bo, void *data)
+static void framebuffer_remove(struct gbm_bo *bo, void *data)
 {
     struct framebuffer *framebuffer = data;
     (void)bo;
-    if (framebuffer->id)
-        drmModeRmFB(framebuffer->fd, framebuffer->id);
-    vit_free(framebuffer);
+    drmModeRmFB(framebuffer->fd, framebuffer->id);
+    framebuffer->bo = NULL;
 }
 
 /* Plain AddFB2 where the driver names no modifier. */
@@ -323,21 +332,24 @@ static bool framebuffer_add(struct framebuffer *framebuffer, struct gbm_bo *bo)
                           &framebuffer->id, 0);
 }
 
-/* Made once for each of GBM's three or four buffers. 0: errno. */
+/* Made once for each buffer. 0: errno. */
 static uint32_t framebuffer_of(struct vit_display *display, struct gbm_bo *bo)
 {
     struct framebuffer *framebuffer = gbm_bo_get_user_data(bo);
     if (framebuffer)
         return framebuffer->id;
-    framebuffer = vit_alloc_zero(1, sizeof *framebuffer);
-    if (!framebuffer)
-        return 0;
-    framebuffer->fd = display->fd;
-    if (!framebuffer_add(framebuffer, bo)) {
-        vit_free(framebuffer);
+    for (size_t i = 0; i < FRAMEBUFFERS_MAX && !framebuffer; i++)
+        if (!display->framebuffers[i].bo)
+            framebuffer = &display->framebuffers[i];
+    if (!framebuffer || vit_fault()) {
+        errno = ENOMEM;
         return 0;
     }
-    gbm_bo_set_user_data(bo, framebuffer, framebuffer_destroy);
+    framebuffer->fd = display->fd;
+    if (!framebuffer_add(framebuffer, bo))
+        return 0;
+    framebuffer->bo = bo;
+    gbm_bo_set_user_data(bo, framebuffer, framebuffer_remove);
     return framebuffer->id;
 }
 

@@ -65,11 +65,13 @@ static void index_row(const void *user, size_t first, size_t count, unsigned cha
     }
 }
 
-static bool send_rows(struct vit_gl *gl, const struct rows *rows, const struct format *format,
+static bool send_rows(struct vit_gl *gl, struct vit_light3d *light, const struct rows *rows,
+                      const struct format *format,
                       void (*row)(const void *user, size_t first, size_t count, unsigned char *out),
                       const struct vit_progress *progress)
 {
     const struct vit_upload upload = {.what = "light",
+                                      .staging = &light->staging,
                                       .n = rows->plan->n,
                                       .wanted = rows->shade->wanted,
                                       .texel_bytes = format->bytes,
@@ -121,7 +123,7 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
     size_t entries = vit_sphere_count(shade->sphere) + 1, rows = (entries + TABLE_WIDTH - 1) / TABLE_WIDTH;
     size_t channels = shade->grey ? 2 : 4, height = shade->grey ? rows : 2 * rows, half = rows * TABLE_WIDTH;
     GLenum layout = shade->grey ? GL_RG : GL_RGBA;
-    float *texels = vit_alloc_zero(height * TABLE_WIDTH, channels * sizeof *texels);
+    float *texels = vit_staging_get(&light->staging, height * TABLE_WIDTH * channels * sizeof *texels);
     if (!texels) {
         vit_error(vit_gl_log(gl), "out of memory for a table of %zu directions", entries);
         return false;
@@ -146,11 +148,11 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
     }
     if (light->second)
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, (GLsizei)height, layout, GL_FLOAT, texels);
-    vit_free(texels);
     return light->second && vit_gl_check(gl, "table of directions");
 }
 
-/* Textures of another format, size or number of directions are made anew. */
+/* Textures of another format, size or number of directions are made anew; the table of directions of grey lights has
+ * another format than that of coloured ones. */
 static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *shade)
 {
     const unsigned light = VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) |
@@ -158,7 +160,8 @@ static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *sh
     unsigned features = plan->features & light;
     size_t directions = vit_sphere_count(shade->sphere);
     uint64_t hash = vit_hash_bytes(VIT_HASH_START, &features, sizeof features);
-    return vit_hash_bytes(hash, &directions, sizeof directions);
+    hash = vit_hash_bytes(hash, &directions, sizeof directions);
+    return vit_hash_bytes(hash, &shade->grey, sizeof shade->grey);
 }
 
 static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
@@ -168,14 +171,15 @@ static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_
     const struct rows rows = {shade, plan, format->bytes};
     glBindTexture(GL_TEXTURE_3D, light->texture);
     if (has(plan, VIT_FEATURE(LIGHT_INDEX))) {
-        bool good = light->index_from == shade->surface_from || send_rows(gl, &rows, format, index_row, progress);
+        bool good =
+            light->index_from == shade->surface_from || send_rows(gl, light, &rows, format, index_row, progress);
         light->index_from = good ? shade->surface_from : 0;
         return good && send_table(gl, light, shade);
     }
-    if (!send_rows(gl, &rows, format, light_row, progress))
+    if (!send_rows(gl, light, &rows, format, light_row, progress))
         return false;
     glBindTexture(GL_TEXTURE_3D, light->second);
-    return !light->second || send_rows(gl, &rows, &all, shine_row, progress);
+    return !light->second || send_rows(gl, light, &rows, &all, shine_row, progress);
 }
 
 bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
@@ -214,5 +218,6 @@ void vit_light3d_clear(struct vit_light3d *light)
 {
     glDeleteTextures(1, &light->texture);
     glDeleteTextures(1, &light->second);
+    vit_free(light->staging.bytes);
     *light = (struct vit_light3d){0};
 }

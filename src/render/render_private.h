@@ -69,9 +69,14 @@ void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t cou
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
 void vit_shade_clear(struct vit_shade *shade);
 
-/* upload.c: fills a 3D texture a batch of slices at a time. */
+/* upload.c: fills a 3D texture a batch of slices at a time. Room for a batch is kept where frames follow each other. */
+struct vit_staging {
+    unsigned char *bytes;
+    size_t size;
+};
 struct vit_upload {
     const char *what;
+    struct vit_staging *staging; /* the caller's to free; NULL: made and freed here */
     const size_t *n;
     const uint8_t *wanted; /* bricks; only boxes round them are sent, eight slices at a time. NULL: everything */
     size_t texel_bytes;
@@ -80,6 +85,8 @@ struct vit_upload {
     void (*row)(const void *user, size_t first, size_t count, unsigned char *out);
     const void *user;
 };
+/* At least so many bytes, zeroed where they are new. NULL: out of memory. */
+VIT_NODISCARD void *vit_staging_get(struct vit_staging *staging, size_t bytes);
 /* Into the texture that is bound to GL_TEXTURE_3D. False: out of memory or cancelled (logged). */
 VIT_NODISCARD bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload,
                                   const struct vit_progress *progress);
@@ -89,6 +96,7 @@ struct vit_light3d {
     GLuint texture, second; /* second: shine, or the table of directions */
     uint64_t shape, made_from, index_from;
     uint64_t bytes;
+    struct vit_staging staging; /* for textures and tables that change with the view */
 };
 VIT_NODISCARD bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
                                        const struct vit_plan *plan, const struct vit_progress *progress);

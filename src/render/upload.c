@@ -50,12 +50,23 @@ static void send_box(const struct vit_upload *upload, const struct box *box, uns
                     (GLsizei)height, (GLsizei)depth, upload->layout, upload->type, staging);
 }
 
+void *vit_staging_get(struct vit_staging *staging, size_t bytes)
+{
+    if (bytes <= staging->size)
+        return staging->bytes;
+    vit_free(staging->bytes);
+    staging->bytes = vit_alloc_zero(bytes, 1);
+    staging->size = staging->bytes ? bytes : 0;
+    return staging->bytes;
+}
+
 bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const struct vit_progress *progress)
 {
     const size_t *n = upload->n;
     size_t slice = n[0] * n[1] * upload->texel_bytes, layer = slice * VIT_BRICK;
     size_t least = upload->wanted ? layer : slice;
-    unsigned char *staging = vit_alloc(least > STAGING_BYTES ? least : STAGING_BYTES, 1);
+    struct vit_staging own = {0}, *kept = upload->staging ? upload->staging : &own;
+    unsigned char *staging = vit_staging_get(kept, least > STAGING_BYTES ? least : STAGING_BYTES);
     if (!staging) {
         vit_error(vit_gl_log(gl), "%s: out of memory for the upload", upload->what);
         return false;
@@ -68,7 +79,7 @@ bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const st
             send_box(upload, &box, staging);
         going = vit_progress_step(progress, upload->what, box.high[2], n[2]);
     }
-    vit_free(staging);
+    vit_free(own.bytes);
     if (!going)
         vit_error(vit_gl_log(gl), "%s: upload cancelled", upload->what);
     return going;

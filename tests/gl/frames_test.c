@@ -74,6 +74,7 @@ WRAP(void, glTexImage3D,
 struct fixture {
     EGLDisplay display;
     EGLSurface surface;
+    EGLContext context;
     struct vit_settings settings;
     struct app app;
     struct app_scene scene;
@@ -101,7 +102,7 @@ static bool open_surface(struct fixture *f, EGLConfig *config)
 static struct fixture *open_scene(const char *const *arguments, int argument_count)
 {
     struct fixture *f = calloc(1, sizeof *f);
-    char *argv[16] = {"vitrine", "show", "phantom:sphere"};
+    char *argv[16] = {"vitrine", "show", "phantom:cube-letters"};
     int argc = 3;
     EGLConfig config;
     assert_non_null(f);
@@ -117,6 +118,7 @@ static struct fixture *open_scene(const char *const *arguments, int argument_cou
     }
     struct vit_gl *gl = vit_gl_create_on(f->display, config, f->surface, 3, &f->app.log);
     assert_non_null(gl);
+    f->context = eglGetCurrentContext();
     struct vit_view view = f->settings.view;
     view.width_px = WIDTH;
     view.height_px = HEIGHT;
@@ -269,13 +271,50 @@ static void counting_counts(void **state)
     close_scene(f);
 }
 
+/* As the keys 1 to 9 do: the renderer stays, the preset changes. */
+static struct vit_frame frame_of_preset(struct fixture *f, const char *name)
+{
+    struct vit_frame picture;
+    struct vit_preset *preset = app_preset_open(&f->app, name);
+    assert_non_null(preset);
+    vit_preset_destroy(&f->scene.preset);
+    f->scene.preset = preset;
+    frame(f, "20,35", 1.3, 1);
+    assert_true(app_drawer_read(&f->drawer, &picture));
+    return picture;
+}
+
+static void a_preset_leaves_nothing_to_the_next(void **state)
+{
+    static const char *const arguments[] = {"--set", "sampling.slices_per_voxel=0.25"};
+    const int count = (int)VIT_ARRAY_LENGTH(arguments);
+    (void)state;
+    struct fixture *same = open_scene(arguments, count);
+    if (!same)
+        skip();
+    for (const struct vit_preset_builtin *preset = vit_presets_builtin; preset->name; preset++) {
+        struct vit_frame after = frame_of_preset(same, preset->name);
+        struct fixture *fresh = open_scene(arguments, count); /* its context is the current one now */
+        struct vit_frame alone = frame_of_preset(fresh, preset->name);
+        double worst = 0;
+        for (int i = 0; i < WIDTH * HEIGHT * 4; i++)
+            worst = fmax(worst, fabs(after.rgba[i] - alone.rgba[i]));
+        if (worst > 0)
+            fail_msg("%s after the presets before it differs by %g", preset->name, worst);
+        vit_frame_clear(&after);
+        vit_frame_clear(&alone);
+        close_scene(fresh);
+        eglMakeCurrent(same->display, same->surface, same->surface, same->context);
+    }
+    close_scene(same);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_screen_shows_the_frame),
-        cmocka_unit_test(a_frame_acquires_nothing),
-        cmocka_unit_test(a_mip_frame_acquires_nothing),
-        cmocka_unit_test(counting_counts),
+        cmocka_unit_test(the_screen_shows_the_frame),          cmocka_unit_test(a_frame_acquires_nothing),
+        cmocka_unit_test(a_mip_frame_acquires_nothing),        cmocka_unit_test(counting_counts),
+        cmocka_unit_test(a_preset_leaves_nothing_to_the_next),
     };
     return cmocka_run_group_tests_name("frames", tests, NULL, NULL);
 }

@@ -9,7 +9,7 @@
 #     end                              the scene came to its end
 #
 # Every step waits for the program's own line ("at rest"), never for a time. $binary, $mode: what to run, and how large;
-# $card: bochs, virtio or vkms.
+# $common: what is shown; $card: bochs, virtio or vkms.
 set -u
 log=/tmp/log
 : >$log
@@ -54,7 +54,7 @@ console() {
 begin() {
     : >$log
     rests=0
-    "$binary" show phantom:cube-letters -v --mode "$mode" "$@" 2>$log &
+    "$binary" show $common -v --mode "$mode" "$@" 2>$log &
     pid=$!
 }
 # start OPTIONS...: until the first picture rests

@@ -5,10 +5,10 @@ preset() { sed -n "$1p" /tmp/presets; }
 console
 start
 verdict "keyboards are read without udev" grep -q 'a keyboard, read directly' $log
-press right right --view 5,0
-press up up --view 5,5
-press left "left left" --view -5,5
-press down "down down" --view -5,-5
+press turned_right right --view 5,0
+press turned_up up --view 5,5
+press turned_left "left left" --view -5,5
+press turned_down "down down" --view -5,-5
 press larger shift-equal --view -5,-5 --zoom 1.1
 press keypad_larger kp_add --view -5,-5 --zoom 1.21
 press keypad_smaller kp_subtract --view -5,-5 --zoom 1.1
@@ -16,10 +16,11 @@ press smaller minus --view -5,-5
 for view in posterior left right superior inferior anterior; do
     press $view "$(echo $view | cut -c1)" --view $view
 done
+press oblique "right up" --view 5,5
 for number in 2 3 4 5 6 7 8 9 1; do
     name=$(preset $number)
     [ -n "$name" ] || continue
-    press "preset$number" $number --view anterior --preset "$name"
+    press "preset$number" $number --view 5,5 --preset "$name"
 done
 kms-host key spc
 sleep 2

@@ -9,18 +9,18 @@ kms-host shot other
 chvt 1
 console
 for way in seatd builtin none; do
+    [ $way = none ] && option=--no-seat || option=
     case $way in
     seatd)
         seatd >/tmp/seatd.log 2>&1 &
         seatd=$!
         sleep 2
         verdict "seatd runs" [ -S /run/seatd.sock ]
-        LIBSEAT_BACKEND=seatd start
-        verdict "seatd gives the devices" grep -q 'show: on .* seat: seat0' $log
         ;;
-    builtin) LIBSEAT_BACKEND=builtin start ;;
-    none) start --no-seat ;;
     esac
+    export LIBSEAT_BACKEND=$way
+    start $option
+    [ $way = none ] || verdict "$way gives the devices" grep -q 'show: on .* seat: seat0' $log
     shot "$way"
     say "same $way"
     kms-host key ctrl alt f2
@@ -43,6 +43,9 @@ for way in seatd builtin none; do
     say "same $way-again --view 5,0"
     kms-host key q
     gone "$way-quit" 0
+    start $option
+    kill -KILL $pid
+    gone "$way-killed" 137
     [ $way != seatd ] || kill $seatd
 done
 # Two of them, each on a console of its own: each draws only while it is master.
