@@ -133,7 +133,7 @@ static bool take_best(struct vit_plan *plan, const struct vit_plan_request *requ
     }
     if (!take_path(plan, request, VIT_PATH_STACKS, log))
         return false;
-    snprintf(plan->path_why, sizeof plan->path_why, "%s", reason.text);
+    snprintf(plan->path_why, sizeof plan->path_why, "%.*s", (int)sizeof plan->path_why - 1, reason.text);
     return true;
 }
 
