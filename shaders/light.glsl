@@ -5,27 +5,27 @@
 //   VIT_LIGHT_COLOR   body and shine differ by channel; VIT_LIGHT_SHINE, VIT_LIGHT_WEIGHT, VIT_LIGHT_FACTOR: are there
 uniform vec4 light_scale; // what a texel of 1 stands for: body, shine, factor, weight
 #ifdef VIT_LIGHT_INDEX
-uniform highp usampler3D light; // r: direction; g: weight and, in the upper byte, factor
+uniform highp usampler3D light; // r: direction; g: sure and, in the upper byte, weight; b: factor
 uniform sampler2D light_table;  // body and shine in r and g; under colours two tables, one over the other
-uniform float light_ambient;
 #else
-uniform VIT_SAMPLER_3D light; // body, shine, factor; under colours body and factor,
+uniform VIT_SAMPLER_3D light; // sure times body, sure times shine, sure, factor; under colours body and factor,
 #ifdef VIT_LIGHT_COLOR
-uniform VIT_SAMPLER_3D light_shine; // and shine
+uniform VIT_SAMPLER_3D light_shine; // shine and sure
 #endif
 #endif
+uniform float light_ambient; // body where nothing is sure
 
 struct Light {
     vec3 body, shine;
-    float factor;
+    float factor, sure;
 };
 
 #ifdef VIT_LIGHT_INDEX
 Light light_of(ivec3 voxel)
 {
-    uvec2 texel = texelFetch(light, voxel, 0).rg;
+    uvec3 texel = texelFetch(light, voxel, 0).rgb;
     ivec2 entry = ivec2(int(texel.r & 255u), int(texel.r >> 8u));
-    Light here = Light(vec3(0.0), vec3(0.0), 1.0);
+    Light here = Light(vec3(0.0), vec3(0.0), 1.0, 1.0);
 #ifdef VIT_LIGHT_COLOR
     here.body = texelFetch(light_table, entry, 0).rgb;
 #ifdef VIT_LIGHT_SHINE
@@ -37,12 +37,15 @@ Light light_of(ivec3 voxel)
     here.shine = vec3(both.g);
 #endif
 #ifdef VIT_LIGHT_WEIGHT
-    float weight = float(texel.g & 255u) / 255.0 * light_scale.w;
+    float weight = float(texel.g >> 8u) / 255.0 * light_scale.w;
     here.body = light_ambient + weight * (here.body - light_ambient);
     here.shine *= weight;
 #endif
 #ifdef VIT_LIGHT_FACTOR
-    here.factor = float(texel.g >> 8u) / 255.0 * light_scale.z;
+    here.factor = float(texel.b) / 255.0 * light_scale.z;
+#endif
+#ifdef VIT_LIGHT_SMOOTH
+    here.sure = float(texel.g & 255u);
 #endif
     return here;
 }
@@ -54,16 +57,21 @@ Light light_at(vec3 position)
     vec3 place = position * vec3(size) - 0.5;
     vec3 low = floor(place);
     vec3 share = place - low;
-    Light sum = Light(vec3(0.0), vec3(0.0), 0.0);
+    Light sum = Light(vec3(0.0), vec3(0.0), 0.0, 0.0);
     for (int i = 0; i < 8; i++) {
         ivec3 side = ivec3(i & 1, i >> 1 & 1, i >> 2);
         vec3 part = mix(1.0 - share, share, vec3(side));
         Light here = light_of(clamp(ivec3(low) + side, ivec3(0), size - 1));
         float weight = part.x * part.y * part.z;
+        sum.factor += weight * here.factor;
+        weight *= here.sure;
+        sum.sure += weight;
         sum.body += weight * here.body;
         sum.shine += weight * here.shine;
-        sum.factor += weight * here.factor;
     }
+    bool known = sum.sure > 0.0;
+    sum.body = known ? sum.body / sum.sure : vec3(light_ambient);
+    sum.shine = known ? sum.shine / sum.sure : vec3(0.0);
     return sum;
 #else
     return light_of(clamp(ivec3(floor(position * vec3(size))), ivec3(0), size - 1));
@@ -73,23 +81,20 @@ Light light_at(vec3 position)
 Light light_at(vec3 position)
 {
     vec4 texel = VIT_TEXTURE_3D(light, position);
-    Light here = Light(vec3(0.0), vec3(0.0), 1.0);
 #ifdef VIT_LIGHT_COLOR
-    here.body = texel.rgb * light_scale.x;
+    vec4 shine = VIT_TEXTURE_3D(light_shine, position);
+#else
+    vec4 shine = texel.gggb;
+    texel.rgb = texel.rrr;
+#endif
+    bool known = shine.a > 0.0;
+    float share = known ? 1.0 / shine.a : 0.0;
+    Light here = Light(known ? texel.rgb * (share * light_scale.x) : vec3(light_ambient), vec3(0.0), 1.0, shine.a);
 #ifdef VIT_LIGHT_SHINE
-    here.shine = VIT_TEXTURE_3D(light_shine, position).rgb * light_scale.y;
+    here.shine = shine.rgb * (share * light_scale.y);
 #endif
 #ifdef VIT_LIGHT_FACTOR
     here.factor = texel.a * light_scale.z;
-#endif
-#else
-    here.body = vec3(texel.r * light_scale.x);
-#ifdef VIT_LIGHT_SHINE
-    here.shine = vec3(texel.g * light_scale.y);
-#endif
-#ifdef VIT_LIGHT_FACTOR
-    here.factor = texel.b * light_scale.z;
-#endif
 #endif
     return here;
 }

@@ -132,14 +132,19 @@ double vit_gradient_opacity(const struct vit_gradient_point *points, size_t coun
  *   shine  = w·vit_lit.shine                        highlight, of the light's colour
  *   factor = vit_gradient_opacity(|g|)              its opacity is that of a voxel `factor` times as thick (TH98)
  *
+ *   sure   = sqrt(min(1, |g|/400 HU/mm))            how much its side can be trusted: not in noise, nor in what lies
+ *                                                   just outside a surface
+ *
  * w is vit_boundaries_weight. They, and never normals or their numbers, are interpolated between voxels, by the same
- * filter as HU. Along a ray, with attenuation τ and emission e = L·τ (or the glow) from the transfer function of the
- * interpolated HU, the medium attenuates by factor·τ and emits factor·(e·body + τ·shine) per mm. A slab of colour C
- * (premultiplied) and opacity A takes the light of its middle: C·body + A·shine, then the thickness factor·k instead of
- * k (A' = 1 − (1 − A)^(factor·k), colour by A'/A). Texels classified beforehand are lit like slabs before they are
- * interpolated. A voxel without a gradient glows: it is inside of something, and what is in front of it is lit. */
+ * filter as HU: factor as it is, body and shine as Σ sure·body/Σ sure (ambient and 0 where nothing is sure). Else
+ * voxels of noise beside a surface would speckle it. Along a ray, with attenuation τ and emission e = L·τ (or the glow)
+ * from the transfer function of the interpolated HU, the medium attenuates by factor·τ and emits factor·(e·body +
+ * τ·shine) per mm. A slab of colour C (premultiplied) and opacity A takes the light of its middle: C·body + A·shine,
+ * then the thickness factor·k instead of k (A' = 1 − (1 − A)^(factor·k), colour by A'/A). Texels classified beforehand
+ * are lit like slabs before they are interpolated. A voxel without a gradient glows: it is inside of something, and
+ * what is in front of it is lit. */
 struct vit_voxel_light {
-    float body[3], shine[3], factor;
+    float body[3], shine[3], factor, sure;
 };
 
 struct vit_light_model {
@@ -159,16 +164,17 @@ struct vit_light_model {
 struct vit_voxel_light vit_voxel_light(const struct vit_light_model *model, const struct vit_sphere *quantised,
                                        double hu, struct vit_vec3 gradient_hu_per_mm);
 
-/* What a voxel's surface is beside its direction, a byte each: weight[voxel] = round(255·w/weight_max) and
- * factor[voxel] = round(255·factor/factor_max); either may be NULL. In the volume's order; bricks that are not wanted
- * (vit_normals_params) get 0. Independent of view and light. Parallel. False: cancelled (logged). */
+/* What a voxel's surface is beside its direction, a byte each: weight[voxel] = round(255·w/weight_max), factor[voxel] =
+ * round(255·factor/factor_max), sure[voxel] = round(255·sure), at least 1 where there is a gradient; each may be NULL.
+ * In the volume's order; bricks that are not wanted (vit_normals_params) get 0. Independent of view and light.
+ * Parallel. False: cancelled (logged). */
 struct vit_surface_params {
     const uint8_t *brick_wanted;
     double weight_max, factor_max; /* > 0 */
 };
 VIT_NODISCARD bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_model *model,
                                     const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor,
-                                    const struct vit_log *log, const struct vit_progress *progress);
+                                    uint8_t *sure, const struct vit_log *log, const struct vit_progress *progress);
 
 /* Where the fragment's light comes from. */
 enum vit_light_lookup {

@@ -26,6 +26,13 @@ static double factor_of(const struct vit_light_model *model, double gradient_hu_
     return vit_gradient_opacity(model->gradient_opacity, model->gradient_opacity_count, gradient_hu_per_mm);
 }
 
+#define SURE_HU_PER_MM 400 /* from here on a surface is one: air to skin has 500, muscle to fat 50, noise 20 */
+
+static double sure_of(double gradient_hu_per_mm)
+{
+    return sqrt(fmin(1, gradient_hu_per_mm / SURE_HU_PER_MM));
+}
+
 struct vit_voxel_light vit_voxel_light(const struct vit_light_model *model, const struct vit_sphere *quantised,
                                        double hu, struct vit_vec3 gradient_hu_per_mm)
 {
@@ -36,7 +43,7 @@ struct vit_voxel_light vit_voxel_light(const struct vit_light_model *model, cons
         normal = vit_sphere_direction(quantised, vit_sphere_quantise(quantised, v));
     }
     struct vit_lit lit = vit_material_lit(&model->material, &model->lighting, normal);
-    struct vit_voxel_light light = {.factor = (float)factor_of(model, steep)};
+    struct vit_voxel_light light = {.factor = (float)factor_of(model, steep), .sure = (float)sure_of(steep)};
     for (int c = 0; c < 3; c++) {
         light.body[c] = (float)(model->material.ambient + w * (lit.body[c] - model->material.ambient));
         light.shine[c] = (float)(w * lit.shine[c]);
@@ -50,7 +57,7 @@ struct job {
     const struct vit_volume *volume;
     const struct vit_light_model *model;
     const struct vit_surface_params *params;
-    uint8_t *weight, *factor;
+    uint8_t *weight, *factor, *sure;
 };
 
 static uint8_t byte_of(double part)
@@ -73,6 +80,8 @@ static void fill_block(const struct job *job, const size_t first[3], size_t coun
                 byte_of(weight_of(job->model, info->slope * raw + info->intercept, steep) / job->params->weight_max);
         if (job->factor)
             job->factor[at + i] = byte_of(factor_of(job->model, steep) / job->params->factor_max);
+        if (job->sure)
+            job->sure[at + i] = (uint8_t)(steep > 0 ? fmax(1, byte_of(sure_of(steep))) : 0);
     }
 }
 
@@ -92,14 +101,16 @@ static void fill_row(const struct job *job, size_t j, size_t k)
             memset(job->weight + row + i, 0, count);
         if (job->factor)
             memset(job->factor + row + i, 0, count);
+        if (job->sure)
+            memset(job->sure + row + i, 0, count);
     }
 }
 
 bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_model *model,
-                      const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor,
+                      const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor, uint8_t *sure,
                       const struct vit_log *log, const struct vit_progress *progress)
 {
-    const struct job job = {volume, model, params, weight, factor};
+    const struct job job = {volume, model, params, weight, factor, sure};
     const size_t *n = vit_volume_get_info(volume)->n;
     atomic_bool cancelled = false;
     atomic_uint_fast64_t done = 0;

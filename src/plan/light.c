@@ -102,16 +102,15 @@ void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *reques
     set_ranges(light, plan, preset);
 }
 
-/* Bytes of a voxel's light: body and shine together with what else there is, or a number of 16 bits and, where the
- * preset has boundaries or gradient opacity, as much again. */
+/* Bytes of a voxel's light: its colours with how sure they are and, where the preset asks, the factor; or a number of
+ * 16 bits, as much again for what has to be interpolated or depends on boundaries, and twice that with a factor. */
 static uint64_t bytes_per_voxel(unsigned features)
 {
-    bool shine = features & VIT_FEATURE(LIGHT_SHINE), factor = features & VIT_FEATURE(LIGHT_FACTOR);
-    if (features & VIT_FEATURE(LIGHT_INDEX))
-        return factor || features & VIT_FEATURE(LIGHT_WEIGHT) ? 4 : 2;
-    if (features & VIT_FEATURE(LIGHT_COLOR))
-        return shine ? 8 : 4;
-    return factor ? 4 : shine ? 2 : 1;
+    if (!(features & VIT_FEATURE(LIGHT_INDEX)))
+        return features & VIT_FEATURE(LIGHT_COLOR) ? 8 : 4;
+    if (features & VIT_FEATURE(LIGHT_FACTOR))
+        return 8;
+    return features & (VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_SMOOTH)) ? 4 : 2;
 }
 
 static void leave_parts_out(struct vit_plan *plan, const struct vit_plan_request *request)

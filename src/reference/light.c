@@ -9,15 +9,13 @@ enum { BRICK_VOXELS = VIT_BRICK * VIT_BRICK * VIT_BRICK };
 
 static void put_voxel(const struct ref_lights *lights, const struct vit_voxel_light *light, float *out)
 {
-    if (lights->channels == 3) {
-        out[0] = light->body[0];
-        out[1] = light->shine[0];
-        out[2] = light->factor;
-        return;
+    int colors = lights->channels == 4 ? 1 : 3;
+    for (int c = 0; c < colors; c++) {
+        out[c] = light->sure * light->body[c];
+        out[colors + c] = light->sure * light->shine[c];
     }
-    memcpy(out, light->body, sizeof light->body);
-    memcpy(out + 3, light->shine, sizeof light->shine);
-    out[6] = light->factor;
+    out[2 * colors] = light->factor;
+    out[2 * colors + 1] = light->sure;
 }
 
 static void fill_brick(const struct ref_lights *lights, const struct vit_volume *volume, const struct vit_plan *plan,
@@ -67,13 +65,13 @@ bool ref_lights_init(struct ref_lights *lights, const struct vit_volume *volume,
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
     struct vit_sphere *sphere = quantised ? vit_sphere_create(model->sphere, model->subdivision, NULL) : NULL;
     size_t count = stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
-    lights->channels = vit_lighting_is_grey(&model->lighting) ? 3 : REF_LIGHT_MOST;
+    lights->channels = vit_lighting_is_grey(&model->lighting) ? 4 : REF_CHANNEL_MOST;
     for (int axis = 0; axis < 3; axis++) {
         lights->n[axis] = (ptrdiff_t)plan->n[axis];
         lights->bricks[axis] = (ptrdiff_t)stats->bricks[axis];
     }
-    const struct vit_voxel_light none = {
-        {(float)model->material.ambient, (float)model->material.ambient, (float)model->material.ambient}, {0, 0, 0}, 1};
+    const struct vit_voxel_light none = {.factor = 1};
+    lights->ambient = model->material.ambient;
     put_voxel(lights, &none, lights->none);
     size_t slots = quantised && !sphere ? SIZE_MAX : number_bricks(lights, volume, plan, count);
     if (slots != SIZE_MAX)
@@ -109,12 +107,14 @@ const float *ref_lights_at(const struct ref_lights *lights, ptrdiff_t i, ptrdiff
 
 void ref_lights_spread(const struct ref_lights *lights, const double *channel, double spread[REF_LIGHT_MOST])
 {
-    bool grey = lights->channels == 3;
+    int colors = lights->channels == 4 ? 1 : 3;
+    double sure = channel[2 * colors + 1], share = sure > 1e-9 ? 1 / sure : 0;
     for (int c = 0; c < 3; c++) {
-        spread[c] = channel[grey ? 0 : c];
-        spread[3 + c] = channel[grey ? 1 : 3 + c];
+        int from = colors == 1 ? 0 : c;
+        spread[c] = share > 0 ? share * channel[from] : lights->ambient;
+        spread[3 + c] = share * channel[colors + from];
     }
-    spread[6] = channel[grey ? 2 : 6];
+    spread[6] = channel[2 * colors];
 }
 
 void ref_lights_slab(const double spread[REF_LIGHT_MOST], double rgba[4])
@@ -133,7 +133,7 @@ void ref_lights_here(const struct ref_walk *walk, double at, double spread[REF_L
 {
     const struct ref_lights *lights = &walk->reference->lights;
     ptrdiff_t place[8];
-    double weight[8], channel[REF_LIGHT_MOST] = {0};
+    double weight[8], channel[REF_CHANNEL_MOST] = {0};
     int count = ref_walk_corners(walk, at, place, weight);
     for (int i = 0; i < count; i++) {
         const ptrdiff_t *n = lights->n;
@@ -146,7 +146,7 @@ void ref_lights_here(const struct ref_walk *walk, double at, double spread[REF_L
 
 void ref_lit_at(const struct ref_lit *lit, double u, double spread[REF_LIGHT_MOST])
 {
-    double channel[REF_LIGHT_MOST];
+    double channel[REF_CHANNEL_MOST];
     for (int c = 0; c < lit->lights->channels; c++)
         channel[c] = ref_cubic_at(&lit->channel[c], u);
     ref_lights_spread(lit->lights, channel, spread);

@@ -56,14 +56,17 @@ bool ref_pieces_are_empty(const struct ref_pieces *pieces, double hu_low, double
  * ------------------------------
  */
 
-#define REF_LIGHT_MOST 7
-/* Channels of a voxel: body, shine, factor; or, under coloured lights, body and shine in red, green and blue. */
+#define REF_LIGHT_MOST   7 /* spread: body, shine, factor */
+#define REF_CHANNEL_MOST 8
+/* Channels of a voxel: sure·body, sure·shine, factor, sure; or, under coloured lights, body and shine in red, green and
+ * blue. */
 struct ref_lights {
-    int channels; /* 0: unlit; 3 or 7 */
+    int channels; /* 0: unlit; 4 or 8 */
     ptrdiff_t n[3], bricks[3];
     int32_t *slot; /* of each brick; -1: nobody will ask */
     float *value;  /* [slot][voxel of the brick][channel] */
-    float none[REF_LIGHT_MOST];
+    float none[REF_CHANNEL_MOST];
+    double ambient;
 };
 VIT_NODISCARD bool ref_lights_init(struct ref_lights *lights, const struct vit_volume *volume,
                                    const struct vit_plan *plan, bool quantised); /* false: out of memory */
@@ -79,7 +82,7 @@ void ref_lights_here(const struct ref_walk *walk, double at, double spread[REF_L
 /* Along a stretch of ray inside one cell: a cubic per channel. */
 struct ref_lit {
     const struct ref_lights *lights;
-    struct ref_cubic channel[REF_LIGHT_MOST];
+    struct ref_cubic channel[REF_CHANNEL_MOST];
 };
 void ref_lit_at(const struct ref_lit *lit, double u, double spread[REF_LIGHT_MOST]);
 

@@ -114,7 +114,7 @@ void ref_walk_lit(const struct ref_walk *walk, const ptrdiff_t at[3], double fro
 {
     const struct ref_lights *lights = &walk->reference->lights;
     struct cell cell = cell_of(walk, at, from, to);
-    double corner[REF_LIGHT_MOST][8];
+    double corner[REF_CHANNEL_MOST][8];
     for (int i = 0; i < 8; i++) {
         const float *value = ref_lights_at(lights, cell.side[0][i & 1], cell.side[1][i >> 1 & 1], cell.side[2][i >> 2]);
         for (int c = 0; c < lights->channels; c++)

@@ -11,6 +11,8 @@ struct format {
     size_t bytes;
 };
 
+static const struct format colors = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
+
 static bool has(const struct vit_plan *plan, unsigned feature)
 {
     return plan->features & feature;
@@ -19,16 +21,13 @@ static bool has(const struct vit_plan *plan, unsigned feature)
 static struct format format_of(const struct vit_plan *plan)
 {
     static const struct format number = {GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, 2};
-    static const struct format numbers = {GL_RG16UI, GL_RG_INTEGER, GL_UNSIGNED_SHORT, 4};
-    static const struct format body = {GL_R8, GL_RED, GL_UNSIGNED_BYTE, 1};
-    static const struct format shine = {GL_RG8, GL_RG, GL_UNSIGNED_BYTE, 2};
-    static const struct format all = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
-    bool factor = has(plan, VIT_FEATURE(LIGHT_FACTOR));
-    if (has(plan, VIT_FEATURE(LIGHT_INDEX)))
-        return factor || has(plan, VIT_FEATURE(LIGHT_WEIGHT)) ? numbers : number;
-    if (factor || has(plan, VIT_FEATURE(LIGHT_COLOR)))
+    static const struct format sure = {GL_RG16UI, GL_RG_INTEGER, GL_UNSIGNED_SHORT, 4};
+    static const struct format all = {GL_RGBA16UI, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT, 8};
+    if (!has(plan, VIT_FEATURE(LIGHT_INDEX)))
+        return colors;
+    if (has(plan, VIT_FEATURE(LIGHT_FACTOR)))
         return all;
-    return has(plan, VIT_FEATURE(LIGHT_SHINE)) ? shine : body;
+    return has(plan, VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_SMOOTH)) ? sure : number;
 }
 
 struct rows {
@@ -40,7 +39,7 @@ struct rows {
 static void light_row(const void *user, size_t first, size_t count, unsigned char *out)
 {
     const struct rows *rows = user;
-    vit_shade_row(rows->shade, rows->plan, first, count, rows->bytes, out);
+    vit_shade_row(rows->shade, rows->plan, first, count, out);
 }
 
 static void shine_row(const void *user, size_t first, size_t count, unsigned char *out)
@@ -53,15 +52,13 @@ static void index_row(const void *user, size_t first, size_t count, unsigned cha
 {
     const struct rows *rows = user;
     const struct vit_shade *shade = rows->shade;
-    if (rows->bytes == sizeof *shade->index) {
-        memcpy(out, shade->index + first, count * sizeof *shade->index);
-        return;
-    }
+    size_t numbers = rows->bytes / sizeof(uint16_t);
     for (size_t i = 0; i < count; i++) {
         unsigned weight = shade->weight ? shade->weight[first + i] : 255;
         unsigned factor = shade->factor ? shade->factor[first + i] : 255;
-        const uint16_t both[2] = {shade->index[first + i], (uint16_t)(weight | factor << 8)};
-        memcpy(out + i * sizeof both, both, sizeof both);
+        const uint16_t all[4] = {shade->index[first + i], (uint16_t)(shade->sure[first + i] | weight << 8),
+                                 (uint16_t)factor, 0};
+        memcpy(out + i * rows->bytes, all, numbers * sizeof all[0]);
     }
 }
 
@@ -156,7 +153,7 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
 static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *shade)
 {
     const unsigned light = VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) |
-                           VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_FACTOR);
+                           VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_FACTOR) | VIT_FEATURE(LIGHT_SMOOTH);
     unsigned features = plan->features & light;
     size_t directions = vit_sphere_count(shade->sphere);
     uint64_t hash = vit_hash_bytes(VIT_HASH_START, &features, sizeof features);
@@ -167,7 +164,6 @@ static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *sh
 static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
                  const struct vit_plan *plan, const struct format *format, const struct vit_progress *progress)
 {
-    static const struct format all = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
     const struct rows rows = {shade, plan, format->bytes};
     glBindTexture(GL_TEXTURE_3D, light->texture);
     if (has(plan, VIT_FEATURE(LIGHT_INDEX))) {
@@ -179,7 +175,7 @@ static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_
     if (!send_rows(gl, light, &rows, format, light_row, progress))
         return false;
     glBindTexture(GL_TEXTURE_3D, light->second);
-    return !light->second || send_rows(gl, light, &rows, &all, shine_row, progress);
+    return !light->second || send_rows(gl, light, &rows, &colors, shine_row, progress);
 }
 
 bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
@@ -189,7 +185,7 @@ bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const str
         return true;
     uint64_t shape = shape_of(plan, shade);
     bool index = has(plan, VIT_FEATURE(LIGHT_INDEX));
-    bool second = !index && has(plan, VIT_FEATURE(LIGHT_COLOR)) && has(plan, VIT_FEATURE(LIGHT_SHINE));
+    bool second = !index && has(plan, VIT_FEATURE(LIGHT_COLOR));
     bool linear = !index && plan->filter == VIT_FILTER_LINEAR;
     const struct format format = format_of(plan);
     if (light->texture && light->shape != shape)

@@ -53,17 +53,18 @@ struct vit_shade {
     float *scaled;         /* [direction][body and shine, or six channels], in 1/255 of a texel's range, times weight */
     uint16_t *index;
     uint8_t *weight, *factor; /* NULL where the preset has no boundaries, no gradient opacity */
-    uint8_t *wanted;          /* bricks whose voxels are known */
+    uint8_t *sure;
+    uint8_t *wanted;                                    /* bricks whose voxels are known */
     uint64_t directions_from, surface_from, table_from; /* table_from: of all that is lit by it */
     bool grey;
 };
 VIT_NODISCARD bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
                                      const struct vit_plan *plan, const struct vit_progress *progress);
-/* Light texels of `count` voxels from number `first` on, `channels` bytes each: grey: body, shine, factor, 0, as many
- * of them as there are channels; else body in red, green, blue, and factor. */
+/* Light texels of `count` voxels from number `first` on, four bytes each, colours times sure: grey: body, shine, sure,
+ * factor; else body in red, green and blue, and factor. */
 void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
-                   size_t channels, unsigned char *out);
-/* Shine in red, green and blue, and 0: under coloured lights. */
+                   unsigned char *out);
+/* Shine in red, green and blue, and sure: under coloured lights. */
 void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out);
 /* In single precision, for texels that are lit before they are filtered. */
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);

@@ -71,14 +71,16 @@ static bool make_surface(struct vit_shade *shade, const struct vit_volume *volum
     bool weight = model->boundary_count > 0, factor = model->gradient_opacity_count > 0;
     vit_free(shade->weight);
     vit_free(shade->factor);
+    vit_free(shade->sure);
+    shade->sure = vit_alloc(voxels, 1);
     shade->weight = weight ? vit_alloc(voxels, 1) : NULL;
     shade->factor = factor ? vit_alloc(voxels, 1) : NULL;
-    if ((weight && !shade->weight) || (factor && !shade->factor)) {
+    if (!shade->sure || (weight && !shade->weight) || (factor && !shade->factor)) {
         vit_error(log, "out of memory for the surfaces of %zu voxels", voxels);
         return false;
     }
     const struct vit_surface_params params = {shade->wanted, plan->light.weight_max, plan->light.factor_max};
-    return !(weight || factor) || vit_surface_fill(volume, model, &params, shade->weight, shade->factor, log, progress);
+    return vit_surface_fill(volume, model, &params, shade->weight, shade->factor, shade->sure, log, progress);
 }
 
 /* Channels of a direction in `scaled`: body less ambient, and shine. */
@@ -147,54 +149,31 @@ static inline unsigned char round_byte(float value)
     return (unsigned char)(value < 255 ? value + 0.5F : 255);
 }
 
-/* The commonest case, grey without boundaries: a look-up and a move. */
-static void plain_row(const struct vit_shade *shade, float ambient, const uint16_t *index, size_t count,
-                      size_t channels, unsigned char *out)
-{
-    const float *scaled = shade->scaled;
-    for (size_t i = 0; i < count; i++, out += channels) {
-        out[0] = round_byte(ambient + scaled[2 * (size_t)index[i]]);
-        if (channels > 1)
-            out[1] = round_byte(scaled[2 * (size_t)index[i] + 1]);
-    }
-}
-
 void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
-                   size_t channels, unsigned char *out)
+                   unsigned char *out)
 {
     const float ambient = (float)(255 * plan->light.model.material.ambient / plan->light.body_max);
-    const uint16_t *index = shade->index + first;
-    if (shade->grey && !shade->weight && channels <= 2) {
-        plain_row(shade, ambient, index, count, channels, out);
-        return;
-    }
-    for (size_t i = 0; i < count; i++, out += channels) {
-        const float weight = shade->weight ? shade->weight[first + i] : 1;
-        const float *scaled = shade->scaled + (size_t)index[i] * (shade->grey ? 2 : 6);
-        unsigned char factor = shade->factor ? shade->factor[first + i] : 255;
-        out[0] = round_byte(ambient + weight * scaled[0]);
-        if (shade->grey && channels > 1)
-            out[1] = round_byte(weight * scaled[1]);
-        if (shade->grey && channels > 2) {
-            out[2] = factor;
-            out[3] = 0;
-        }
-        if (!shade->grey) {
-            out[1] = round_byte(ambient + weight * scaled[1]);
-            out[2] = round_byte(ambient + weight * scaled[2]);
-            out[3] = factor;
-        }
+    const size_t channels = shade->grey ? 2 : 6;
+    for (size_t i = 0; i < count; i++, out += 4) {
+        const float *scaled = shade->scaled + (size_t)shade->index[first + i] * channels;
+        const float sure = (float)shade->sure[first + i] * (1.0F / 255);
+        const float weight = shade->weight ? sure * shade->weight[first + i] : sure;
+        out[0] = round_byte(sure * ambient + weight * scaled[0]);
+        out[1] = round_byte(shade->grey ? weight * scaled[1] : sure * ambient + weight * scaled[1]);
+        out[2] = shade->grey ? shade->sure[first + i] : round_byte(sure * ambient + weight * scaled[2]);
+        out[3] = shade->factor ? shade->factor[first + i] : 255;
     }
 }
 
 void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out)
 {
     for (size_t i = 0; i < count; i++, out += 4) {
-        const float weight = shade->weight ? shade->weight[first + i] : 1;
+        const float sure = (float)shade->sure[first + i] * (1.0F / 255);
+        const float weight = shade->weight ? sure * shade->weight[first + i] : sure;
         const float *scaled = shade->scaled + (size_t)shade->index[first + i] * 6 + 3;
         for (int c = 0; c < 3; c++)
             out[c] = round_byte(weight * scaled[c]);
-        out[3] = 0;
+        out[3] = shade->sure[first + i];
     }
 }
 
@@ -221,6 +200,7 @@ void vit_shade_clear(struct vit_shade *shade)
     vit_free(shade->index);
     vit_free(shade->weight);
     vit_free(shade->factor);
+    vit_free(shade->sure);
     vit_free(shade->wanted);
     *shade = (struct vit_shade){0};
 }

@@ -97,9 +97,8 @@ static void one_way(struct fixture *f, int what, enum vit_classify classify, enu
     vit_frame_clear(&exact);
 }
 
-/* Bytes of light: half a step of 255 of body and shine, which reach up to 2.9 and 1.5 here. The bounds are for
- * llvmpipe.
- */
+/* Bytes of light: half a step of 255 of body and shine, which reach up to 2.9 and 1.5 here; more where little is sure,
+ * and they are divided by a small number. The bounds are for llvmpipe. */
 static void pictures_are_lit_as_the_model_says(void **state)
 {
     static const char *const phantoms[] = {"sphere", "head"};
@@ -122,7 +121,7 @@ static void pictures_are_lit_as_the_model_says(void **state)
     }
     print_message("# worst: max %.2e rms %.2e; to exact normals max %.2e rms %.2e\n", quantised.max, quantised.rms,
                   exact.max, exact.rms);
-    assert_true(quantised.rms < 1.2e-3 && quantised.max < 1.5e-2);
+    assert_true(quantised.rms < 1.3e-3 && quantised.max < 5e-2);
     assert_true(exact.rms < 1.0 / 255);
 }
 
