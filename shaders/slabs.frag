@@ -156,7 +156,7 @@ void main()
 #endif
 #if defined(VIT_SKIP_EMPTY) && defined(VIT_SLAB)
     float low = visible_hu.x, high = visible_hu.y;
-#define VISIBLE(front, back) (max(front, back) > low && min(front, back) < high)
+#define VISIBLE(front, back) ((front > low || back > low) && (front < high || back < high))
 #endif
 #ifdef VIT_SKIP_EMPTY
     vec3 cell_base = base * occupancy_from_tex, cell_along = along * occupancy_from_tex;

@@ -47,6 +47,7 @@ enum vit_texel {
     VIT_TEXEL_R16,
     VIT_TEXEL_R16F,
     VIT_TEXEL_R8R8, /* 16 bits of HU in two channels of 8; stacks only */
+    VIT_TEXEL_R32F,
     VIT_TEXEL_COUNT
 };
 enum vit_target { VIT_TARGET_UNKNOWN = 0, VIT_TARGET_RGBA32F, VIT_TARGET_RGBA16F, VIT_TARGET_RGBA8, VIT_TARGET_COUNT };

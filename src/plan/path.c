@@ -90,7 +90,7 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
         return false;
     plan->path = path;
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
-    vit_plan_choose_texel(plan, request->preset, caps, stacks);
+    vit_plan_choose_texel(plan, request, stacks);
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
     vit_plan_choose_table(plan, request->volume, caps);

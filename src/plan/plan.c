@@ -9,8 +9,8 @@
 static const struct {
     const char *name;
     size_t bytes;
-} texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8},
-              {"R8", 1},      {"R16", 2},   {"R16F", 2},   {"R8R8", 2}},
+} texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8}, {"R8", 1},
+              {"R16", 2},     {"R16F", 2},  {"R8R8", 2},   {"R32F", 4}},
   targets[] = {{"unknown", 0}, {"RGBA32F", 16}, {"RGBA16F", 8}, {"RGBA8", 4}};
 _Static_assert(VIT_ARRAY_LENGTH(texels) == VIT_TEXEL_COUNT, "a row for every texel");
 _Static_assert(VIT_ARRAY_LENGTH(targets) == VIT_TARGET_COUNT, "a row for every target");
@@ -38,8 +38,9 @@ size_t vit_target_bytes(enum vit_target target)
 const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
     {VIT_RULE_EMPTY_SPACE, "rays jump over the space that the transfer function makes invisible"},
-    {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/4096"},
+    {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/65536"},
     {VIT_RULE_CROSS_FADE, "near a change of stacks both are drawn and blended, so that nothing pops"},
+    {VIT_RULE_WIDE_TEXELS, "CPU rasterisers get HU in 32 bits: they fetch them in a third of the instructions"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };

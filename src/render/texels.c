@@ -12,6 +12,7 @@ const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
     [VIT_TEXEL_R16] = {GL_R16_EXT, GL_RED, GL_UNSIGNED_SHORT, 1, 2},
     [VIT_TEXEL_R16F] = {GL_R16F, GL_RED, GL_HALF_FLOAT, 1, 2},
     [VIT_TEXEL_R8R8] = {0, 0, GL_UNSIGNED_SHORT, 1, 2}, /* the higher byte first */
+    [VIT_TEXEL_R32F] = {GL_R32F, GL_RED, GL_FLOAT, 1, 4},
 };
 
 /* Texels depend on the transfer function only where they are classified. */
@@ -53,19 +54,21 @@ static void store_texel(const struct vit_texel_format *format, bool bytes, const
             ((uint8_t *)out)[c] = (uint8_t)lround(clamped * 255);
         else if (format->type == GL_UNSIGNED_SHORT)
             ((uint16_t *)out)[c] = whole;
+        else if (format->type == GL_FLOAT)
+            ((float *)out)[c] = (float)value[c];
         else
             ((uint16_t *)out)[c] = half_from_float((float)value[c]);
     }
 }
 
 /* The value of a scalar texel: value = (raw - origin)·step. Whole steps where they fit, so that every raw value is
- * stored exactly; half floats hold whole numbers up to 2048 either side of the middle. */
+ * stored exactly; floats hold whole numbers up to 2048 either side of the middle. */
 static void scalar_scale(const struct vit_texel_format *format, const struct vit_volume_stats *stats, double *origin,
                          double *step)
 {
     double range = fmax(1, (double)stats->raw_max - stats->raw_min);
     *origin = stats->raw_min;
-    if (format->type == GL_HALF_FLOAT) {
+    if (format->type == GL_HALF_FLOAT || format->type == GL_FLOAT) {
         *origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
         *step = 1;
     } else {

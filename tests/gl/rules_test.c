@@ -94,7 +94,7 @@ static void empty_border_is_left_out_to_the_bit(void **state)
 static void what_is_behind_is_left_out_to_a_bound(void **state)
 {
     double worst = compare_ways(*state, "opaque-front");
-    assert_true(worst > 0 && worst <= 1.0 / 4096);
+    assert_true(worst > 0 && worst <= 1.0 / 65536);
 }
 
 int main(void)

@@ -186,7 +186,7 @@ static void empty_space_and_what_is_behind_can_be_kept(void **state)
     const unsigned both = VIT_FEATURE(SKIP_EMPTY) | VIT_FEATURE(OPAQUE_FRONT);
     struct vit_plan plan = make(scene, &request);
     assert_int_equal(plan.features & both, both);
-    assert_true(plan.clear_enough > 0 && plan.clear_enough <= 1.0 / 4096);
+    assert_true(plan.clear_enough > 0 && plan.clear_enough <= 1.0 / 65536);
     static const char *const keep[] = {"empty-space", "opaque-front"};
     request.keep = keep;
     request.keep_count = 1;
@@ -321,6 +321,18 @@ static void formats_follow_capabilities(void **state)
     plan = make(scene, &request);
     assert_int_equal(plan.texel, VIT_TEXEL_RGBA8);
     assert_true(leaves_out(&plan, "16-bit texels"));
+    request.caps = all_caps;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R16);
+    request.caps.software = true;
+    request.caps.texture_float_linear = 1;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R32F);
+    static const char *const keep[] = {"wide-texels"};
+    request.keep = keep;
+    request.keep_count = 1;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R16);
+    request.keep_count = 0;
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
     request.caps = all_caps;
     scene->preset.sampling.texture_bits = 8;
     assert_int_equal(make(scene, &request).texel, VIT_TEXEL_RGBA8);
