@@ -275,12 +275,14 @@ check-full: check ## check, then the long ones: fuzzing for a while, tests/golde
 	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=900 TEST_TIMEOUT=10000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
 
-.PHONY: cov bench
+.PHONY: cov bench bench-peers
 cov: ## lines that the unit, gl and golden tests reach, by file
 	+@$(MAKE) CONFIG=cov tests-bins
 	@find $(BUILD)/cov -name '*.gcda' -delete
 	@tests/run.sh VITRINE=$(BUILD)/cov/vitrine $(patsubst $(O)/%,$(BUILD)/cov/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN)
 	@tests/tools/coverage.sh $(BUILD)/cov
+bench-peers: $(BIN) ## beside VTK and VolPack: time and error, build/release/tests/bench/peers/peers.{csv,md,svg}
+	@VITRINE=$(BIN) tests/bench/peers/run.sh $(O)/tests/bench/peers $(PEERS)
 bench: $(BIN) $(BENCH_BIN) ## figures for speed and memory; never part of a test
 	@for bench in $(BENCH); do echo "# $$bench"; VITRINE=$(BIN) BENCH_DIR=$(O)/tests/bench $$bench || exit 1; done
 
