@@ -1,5 +1,5 @@
 /* Programs: shaders/<name>.vert and .frag behind the prelude for this context and a list of #defines. */
-#include <GLES2/gl2.h>
+#include <GLES3/gl3.h>
 #include <string.h>
 
 #include "gl_private.h"
@@ -114,7 +114,7 @@ static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, c
 static bool compile_parts(const struct vit_gl *gl, GLuint shader, GLenum type, const char *name, const char *defines,
                           const struct source parts[VIT_SHADER_PARTS])
 {
-    static const char *const line_starts[] = {"#line 2 1\n", "\n#line 1 2\n", "\n#line 1 3\n", "\n#line 1 4\n",
+    static const char *const line_starts[] = {"#line 2 1\n",   "\n#line 1 2\n", "\n#line 1 3\n", "\n#line 1 4\n",
                                               "\n#line 1 5\n", "\n#line 1 6\n", "\n#line 1 7\n"};
     _Static_assert(VIT_ARRAY_LENGTH(line_starts) >= VIT_SHADER_PARTS - 1, "a #line for every part but the stage's");
     const char *stage = type == GL_VERTEX_SHADER ? "#define VIT_VERTEX 1\n" : "#define VIT_FRAGMENT 1\n";
@@ -168,12 +168,33 @@ static GLuint compile_stage(struct vit_gl *gl, GLenum type, const char *name, co
     return shader;
 }
 
-unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines)
+/* Of all that a program is made from: driver, sources, #defines. False (logged): a source is missing. */
+static bool hash_program(const struct vit_gl *gl, const char *name, const char *defines, uint64_t *key)
 {
-    char *lines = define_lines(defines);
+    static const struct {
+        GLenum type;
+        const char *extension;
+    } stages[] = {{GL_VERTEX_SHADER, "vert"}, {GL_FRAGMENT_SHADER, "frag"}};
+    bool good = true;
+    *key = vit_gl_hash(vit_gl_driver_hash(gl), defines, strlen(defines));
+    for (size_t i = 0; good && i < VIT_ARRAY_LENGTH(stages); i++) {
+        struct source parts[VIT_SHADER_PARTS];
+        char file[64];
+        snprintf(file, sizeof file, "%s.%s", name, stages[i].extension);
+        good = load_parts(gl, stages[i].type, file, defines, parts);
+        for (int p = 0; p < VIT_SHADER_PARTS; p++) {
+            if (good)
+                *key = vit_gl_hash(*key, parts[p].text, strlen(parts[p].text) + 1);
+            vit_free(parts[p].owned);
+        }
+    }
+    return good;
+}
+
+static GLuint build(struct vit_gl *gl, const char *name, const char *lines)
+{
     GLuint vertex = compile_stage(gl, GL_VERTEX_SHADER, name, "vert", lines);
     GLuint fragment = vertex ? compile_stage(gl, GL_FRAGMENT_SHADER, name, "frag", lines) : 0;
-    vit_free(lines);
     GLuint program = vertex && fragment && !vit_fault() ? glCreateProgram() : 0;
     GLint linked = 0;
     if (vertex && fragment && !program)
@@ -182,6 +203,8 @@ unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *
         char info[4096] = "";
         glAttachShader(program, vertex);
         glAttachShader(program, fragment);
+        if (gl->caps.program_binary)
+            glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
         glLinkProgram(program);
         glGetProgramiv(program, GL_LINK_STATUS, &linked);
         glGetProgramInfoLog(program, sizeof info, NULL, info);
@@ -193,5 +216,24 @@ unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *
         glDeleteProgram(program);
         program = 0;
     }
+    return program;
+}
+
+unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines)
+{
+    char *lines = define_lines(defines);
+    uint64_t key = 0;
+    GLuint program = 0;
+    bool cached = lines && vit_gl_binary_wanted(gl);
+    if (cached && !hash_program(gl, name, lines, &key))
+        goto done;
+    program = cached ? vit_gl_binary_load(gl, name, key) : 0;
+    if (program)
+        goto done;
+    program = build(gl, name, lines);
+    if (program && cached)
+        vit_gl_binary_save(gl, program, name, key);
+done:
+    vit_free(lines);
     return program;
 }
