@@ -181,15 +181,18 @@ run: $(BIN) ## install what is missing, build, show the built-in head full scree
 	@packaging/run.sh $(BIN) $(BUILD)/vitrine.png
 
 SHARE = $(DESTDIR)$(PREFIX)/share
-MAN := $(wildcard packaging/*.1)
+MAN := $(O)/gen/vitrine.1
+$(MAN): packaging/man.sh $(BIN)
+	$(call say,MAN,$@)
+	$(Q)packaging/man.sh $(BIN) >$@.tmp && mv $@.tmp $@
 .PHONY: install uninstall
-install: $(BIN) ## binary, presets, licence and man page under $(DESTDIR)$(PREFIX)
+install: $(BIN) $(MAN) ## binary, presets, licence and man page under $(DESTDIR)$(PREFIX)
 	install -D -m 755 $(BIN) $(DESTDIR)$(PREFIX)/bin/vitrine
 	install -D -m 644 -t $(SHARE)/doc/vitrine LICENSE $(wildcard README.md)
 	$(if $(PRESETS),install -D -m 644 -t $(SHARE)/vitrine/presets $(PRESETS))
-	$(if $(MAN),install -D -m 644 -t $(SHARE)/man/man1 $(MAN))
+	install -D -m 644 -t $(SHARE)/man/man1 $(MAN)
 uninstall: ## takes away what install put there
-	rm -f $(DESTDIR)$(PREFIX)/bin/vitrine $(patsubst packaging/%,$(SHARE)/man/man1/%,$(MAN))
+	rm -f $(DESTDIR)$(PREFIX)/bin/vitrine $(SHARE)/man/man1/vitrine.1
 	rm -rf $(SHARE)/vitrine $(SHARE)/doc/vitrine
 
 ##

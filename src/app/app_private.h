@@ -141,6 +141,7 @@ enum vit_exit app_snapshot(struct app *app);
 enum vit_exit app_bench(struct app *app);
 enum vit_exit app_plan(struct app *app);
 enum vit_exit app_info(struct app *app);
+void app_info_help(void); /* the warnings, after the options */
 enum vit_exit app_compare(struct app *app);
 enum vit_exit app_phantom(struct app *app);
 enum vit_exit app_report(struct app *app);

@@ -274,6 +274,13 @@ fail:
     return status;
 }
 
+void app_info_help(void)
+{
+    puts("\nWarnings of a stack begin with one of these words, which stay as they are:");
+    for (const struct vit_dicom_warning *warning = vit_dicom_warnings; warning->id; warning++)
+        printf("  %-22s %s\n", warning->id, warning->help);
+}
+
 enum vit_exit app_info(struct app *app)
 {
     enum app_input_kind kind = app_input_probe(app);

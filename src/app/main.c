@@ -23,6 +23,8 @@ static enum vit_exit run(struct app *app, struct vit_settings *settings, int arg
     }
     if (settings->help) {
         vit_settings_help(settings->command, stdout);
+        if (settings->command == VIT_COMMAND_INFO)
+            app_info_help();
         return VIT_EXIT_DONE;
     }
     if (settings->command <= VIT_COMMAND_UNKNOWN || settings->command >= VIT_COMMAND_COUNT) {

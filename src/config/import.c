@@ -461,6 +461,8 @@ bool vit_presets_import_text(const char *text, size_t bytes, const char *origin,
                   "%.400s: no preset in it that we know (3D Slicer .xml, .vp, .vp.json; OHIF or Cornerstone lists; "
                   "Horos or OsiriX .plist)",
                   origin);
+    while (!good && out->count > before) /* of a damaged file nothing is taken */
+        vit_preset_destroy(&out->presets[--out->count]);
     return good && out->count > before;
 }
 

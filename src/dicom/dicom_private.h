@@ -34,13 +34,14 @@ struct PixelFormat {
     {
         return is_real || allocated > 16;
     }
+    /* Of cells that are not wide. */
     int32_t lowest() const
     {
-        return is_signed ? -(int32_t(1) << (stored - 1)) : 0;
+        return is_signed && !is_wide() ? -(int32_t(1) << (stored - 1)) : 0;
     }
     int32_t highest() const
     {
-        return int32_t((int64_t(1) << (is_signed ? stored - 1 : stored)) - 1);
+        return is_wide() ? INT32_MAX : int32_t((int64_t(1) << (is_signed ? stored - 1 : stored)) - 1);
     }
 };
 
