@@ -1,7 +1,8 @@
 // Slabs composited front to back in one pass (WVW94 §2; thickness: LHJ99), VIT_SLABS_PER_PASS at most.
 // A pixel takes each slab for the part of it that its ray spends in the visible box.
 //
-//   VIT_SLAB   HU at a slab's two faces, looked up in the pre-integrated table
+//   VIT_SLAB   HU at a slab's two faces, looked up in the pre-integrated table; VIT_FITTED: moved there by the curvature
+//              that the neighbouring faces show (struct vit_plan, fitted)
 //   VIT_POST   HU in a slab's middle, looked up in a table of homogeneous slabs
 //   neither    texels that were classified before filtering
 //   VIT_REDUCE no light at all: HU at the faces, for MIP, MinIP and mean (VIT_MINIP, VIT_MEAN)
@@ -29,9 +30,9 @@ uniform VIT_SAMPLER_3D occupancy; // cells to the nearest one with anything to s
 uniform vec3 occupancy_n;
 uniform vec3 occupancy_from_tex; // cells per texture coordinate
 uniform float cell_margin;       // what is said of a cell holds so far around it, in cells
+#endif
 #ifdef VIT_SLAB
 uniform vec2 visible_hu; // slabs with both faces below the first, or above the second, are invisible
-#endif
 #endif
 #ifdef VIT_OPAQUE_FRONT
 uniform float clear_enough; // what is behind so much opacity is left out: 1 - opacity
@@ -60,6 +61,16 @@ vec2 box_depths(vec3 base, vec3 along, vec3 low, vec3 high)
     vec3 leave = max(at_low, at_high);
     return vec2(min(min(leave.x, leave.y), leave.z), max(max(enter.x, enter.y), enter.z));
 }
+
+#ifdef VIT_FITTED
+// HU at a face for the line across a slab: less 1/12 of the second difference, which makes its mean that of a parabola,
+// but no more than the smaller step to a neighbour.
+float fitted(float before, float here, float after, bool inner)
+{
+    float most = min(abs(here - before), abs(after - here));
+    return inner ? here - clamp((before - 2.0 * here + after) / 12.0, -most, most) : here;
+}
+#endif
 
 #ifdef VIT_SKIP_EMPTY
 // Slabs from a place in the texture of cells to the end of its cell, or of the cube of empty cells about it; negative:
@@ -118,6 +129,11 @@ void main()
     float end = min(ceil((pass_near_mm - draw.y) / slab_mm + 0.001), float(VIT_SLABS_PER_PASS));
     float pass_mm = pass_near_mm, step_mm = slab_mm;
 #define DEPTH(i) min(max(pass_mm - (i) * step_mm, far_mm), near_mm)
+#ifdef VIT_FITTED
+    // Whether the faces before and behind face i lie on the ray's part in the box.
+    vec2 inner_mm = vec2(far_mm + 0.999 * slab_mm, near_mm - 0.999 * slab_mm);
+#define INNER(i) (pass_mm - (i) * step_mm >= inner_mm.x && pass_mm - (i) * step_mm <= inner_mm.y)
+#endif
     float front_mm = DEPTH(at);
 #ifdef VIT_REDUCE
     // What a ray is reduced to: its greatest place in the table (MIP), the greatest from its end (MinIP), or its share
@@ -154,7 +170,7 @@ void main()
 #ifdef VIT_OPAQUE_FRONT
     float clear = clear_enough;
 #endif
-#if defined(VIT_SKIP_EMPTY) && defined(VIT_SLAB)
+#if defined(VIT_SLAB) && (defined(VIT_SKIP_EMPTY) || defined(VIT_FITTED))
     float low = visible_hu.x, high = visible_hu.y;
 #define VISIBLE(front, back) ((front > low || back > low) && (front < high || back < high))
 #endif
@@ -225,16 +241,28 @@ void main()
             break;
         front_mm = DEPTH(at);
 #ifdef VIT_SLAB
+#ifdef VIT_FITTED
+        float front_entry = table_coordinate(fitted(texel_at(base + DEPTH(at - 1.0) * along).r, front, back, INNER(at)));
+#else
         float front_entry = table_coordinate(front);
+#endif
 #endif
         for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
             at += 1.0;
             float back_mm = DEPTH(at);
             float k = max(front_mm - back_mm, 0.0) * thicken;
 #ifdef VIT_SLAB
+#ifdef VIT_FITTED
+            float next = texel_at(base + DEPTH(at + 1.0) * along).r;
+            float back_entry = table_coordinate(fitted(front, back, next, INNER(at)));
+#else
             float back_entry = table_coordinate(back);
+#endif
             vec4 slab = VIT_TEXTURE_2D(table, vec2(back_entry, front_entry));
             front_entry = back_entry;
+#if defined(VIT_FITTED) && !defined(VIT_SKIP_EMPTY)
+            slab = VISIBLE(front, back) ? slab : vec4(0.0);
+#endif
 #else
             vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
@@ -267,7 +295,11 @@ void main()
                 break;
 #ifdef VIT_SLAB
             front = back;
+#ifdef VIT_FITTED
+            back = next;
+#else
             back = texel_at(base + DEPTH(at + 1.0) * along).r;
+#endif
 #ifdef VIT_SKIP_EMPTY
             if (!VISIBLE(front, back))
                 break;

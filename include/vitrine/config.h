@@ -43,6 +43,7 @@ struct vit_preset {
         double slices_per_voxel;
         enum vit_filter filter;
         enum vit_classify classify;
+        enum vit_line line;
         int texture_bits; /* 8 or 16 */
     } sampling;
     double clip_mm[VIT_FACE_COUNT]; /* trimmed off the face nearest each direction */

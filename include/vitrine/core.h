@@ -157,6 +157,13 @@ enum vit_classify {
     VIT_CLASSIFY_SLAB,
     VIT_CLASSIFY_COUNT
 };
+/* What HU does across a slab between the samples at its two faces. */
+enum vit_line {
+    VIT_LINE_UNKNOWN = 0,
+    VIT_LINE_CHORD,  /* straight from one to the other */
+    VIT_LINE_FITTED, /* straight, but moved by the curvature that the neighbouring faces' samples show */
+    VIT_LINE_COUNT
+};
 enum vit_path { VIT_PATH_UNKNOWN = 0, VIT_PATH_AUTO, VIT_PATH_3D, VIT_PATH_STACKS, VIT_PATH_REFERENCE, VIT_PATH_COUNT };
 enum vit_projection {
     VIT_PROJECTION_UNKNOWN = 0,
@@ -176,6 +183,7 @@ enum vit_kernel {
 const char *vit_technique_name(enum vit_technique technique);
 const char *vit_filter_name(enum vit_filter filter);
 const char *vit_classify_name(enum vit_classify classify);
+const char *vit_line_name(enum vit_line line);
 const char *vit_path_name(enum vit_path path);
 const char *vit_projection_name(enum vit_projection projection);
 const char *vit_kernel_name(enum vit_kernel kernel);

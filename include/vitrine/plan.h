@@ -13,6 +13,7 @@
     X(PERSPECTIVE, "rays diverge: a slab's thickness differs from pixel to pixel")                                     \
     X(POST, "HU in the middle of a slab, classified in the shader")                                                    \
     X(SLAB, "HU at the two faces of a slab, looked up in the pre-integrated table")                                    \
+    X(FITTED, "moved there by the curvature along the ray")                                                            \
     X(REDUCE, "a ray is reduced to one HU, classified once")                                                           \
     X(MINIP, "to its least")                                                                                           \
     X(MEAN, "to its mean")                                                                                             \
@@ -111,6 +112,8 @@ struct vit_plan_stack {
     struct vit_stack_layout layout;
 };
 
+#define VIT_PLAN_FITTED_SLACK 1e-3
+
 struct vit_plan {
     /* what is drawn */
     enum vit_technique technique;
@@ -131,6 +134,13 @@ struct vit_plan {
      * between faces i and i+1. slab_count slabs from slab_first on cover the clipped box. */
     double slab_mm;
     int slab_first, slab_count;
+    /* Slab classification: the line that HU follows across a slab is fitted, not a chord. A chord through two samples
+     * of a curve is off by its curvature, always to the same side; HU at a face less 1/12 of the second difference over
+     * the neighbouring faces gives the parabola's mean exactly (the end correction of the trapezoidal rule). The change
+     * is at most the smaller of the steps to the two neighbours: a plateau beside an edge stays one; it does not
+     * leave the volume's range; and a slab whose chord lies outside visible_hu stays invisible. Only for faces whose
+     * neighbours lie on the ray's part in the visible box, to within VIT_PLAN_FITTED_SLACK slabs. */
+    bool fitted;
     double near_mm; /* depth of the nearest point drawn: the box's, or just before the eye where that is nearer */
 
     /* how it is drawn */

@@ -96,6 +96,8 @@ const struct vit_key vit_keys[] = {
     WORD("sampling.filter", AT(sampling.filter), "linear", filter, "between voxels")
     WORD("sampling.classify", AT(sampling.classify), "slab", classify,
          "colour before or after interpolation, or pre-integrated between two slices")
+    WORD("sampling.line", AT(sampling.line), "fitted", line,
+         "HU across a slab: straight between its faces, or fitted to the curve")
     {.path = "sampling.texture_bits", .type = VIT_KEY_WORD, .offset = AT(sampling.texture_bits), .unit = "bits",
      .words = &vit_words_bits, .initial = "16", .help = "per channel of a texel"},
 

@@ -66,6 +66,11 @@ static const char *classify_name(int value)
     return vit_classify_name((enum vit_classify)value);
 }
 
+static const char *line_name(int value)
+{
+    return vit_line_name((enum vit_line)value);
+}
+
 static const char *path_name(int value)
 {
     return vit_path_name((enum vit_path)value);
@@ -90,6 +95,7 @@ const struct vit_words vit_words_kernel = {kernel_name, VIT_KERNEL_COUNT};
 const struct vit_words vit_words_lookup = {lookup_name, VIT_LIGHT_COUNT};
 const struct vit_words vit_words_filter = {filter_name, VIT_FILTER_COUNT};
 const struct vit_words vit_words_classify = {classify_name, VIT_CLASSIFY_COUNT};
+const struct vit_words vit_words_line = {line_name, VIT_LINE_COUNT};
 const struct vit_words vit_words_bits = {bits_name, 17};
 const struct vit_words vit_words_path = {path_name, VIT_PATH_COUNT};
 const struct vit_words vit_words_projection = {projection_name, VIT_PROJECTION_COUNT};

@@ -8,12 +8,14 @@
 static const char *const technique_names[] = {"unknown", "composite", "mip", "minip", "mean"};
 static const char *const filter_names[] = {"unknown", "linear", "nearest"};
 static const char *const classify_names[] = {"unknown", "pre", "post", "slab"};
+static const char *const line_names[] = {"unknown", "chord", "fitted"};
 static const char *const path_names[] = {"unknown", "auto", "3d", "stacks", "reference"};
 static const char *const projection_names[] = {"unknown", "ortho", "perspective"};
 static const char *const kernel_names[] = {"unknown", "central", "sobel", "intermediate"};
 _Static_assert(VIT_ARRAY_LENGTH(technique_names) == VIT_TECHNIQUE_COUNT, "a name for every technique");
 _Static_assert(VIT_ARRAY_LENGTH(filter_names) == VIT_FILTER_COUNT, "a name for every filter");
 _Static_assert(VIT_ARRAY_LENGTH(classify_names) == VIT_CLASSIFY_COUNT, "a name for every classification");
+_Static_assert(VIT_ARRAY_LENGTH(line_names) == VIT_LINE_COUNT, "a name for every line");
 _Static_assert(VIT_ARRAY_LENGTH(path_names) == VIT_PATH_COUNT, "a name for every path");
 _Static_assert(VIT_ARRAY_LENGTH(projection_names) == VIT_PROJECTION_COUNT, "a name for every projection");
 _Static_assert(VIT_ARRAY_LENGTH(kernel_names) == VIT_KERNEL_COUNT, "a name for every kernel");
@@ -33,6 +35,11 @@ const char *vit_filter_name(enum vit_filter filter)
 const char *vit_classify_name(enum vit_classify classify)
 {
     return NAME_OF(classify_names, classify);
+}
+
+const char *vit_line_name(enum vit_line line)
+{
+    return NAME_OF(line_names, line);
 }
 
 const char *vit_path_name(enum vit_path path)

@@ -69,6 +69,7 @@ void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volum
         vit_plan_leave_out(plan, plan->table_bytes, "float table",
                            "no filtered float textures here: half floats (11 bits)");
     plan->features |= reduce ? VIT_FEATURE(REDUCE) : slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);
+    plan->features |= plan->fitted ? VIT_FEATURE(FITTED) : 0;
     plan->features |= plan->technique == VIT_TECHNIQUE_MINIP ? VIT_FEATURE(MINIP) : 0;
     plan->features |= plan->technique == VIT_TECHNIQUE_MEAN ? VIT_FEATURE(MEAN) : 0;
 }

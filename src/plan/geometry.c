@@ -76,3 +76,29 @@ enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const
     plan->slab_count = end > first ? (int)(end - first) : 0;
     return VIT_PLAN_DONE;
 }
+
+/* Slab faces lie on planes of samples: HU between them is linear but for steps aside, so a chord is as good as exact,
+ * and a fitted line, which takes the kinks at the faces for curvature, is not. */
+static bool faces_on_samples(const struct vit_plan *plan)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        struct vit_vec3 gradient = {plan->tex_from_mm.m[axis][0], plan->tex_from_mm.m[axis][1],
+                                    plan->tex_from_mm.m[axis][2]};
+        if (fabs(vit_vec3_dot(vit_vec3_normalize(gradient), plan->camera.toward_eye)) < 1 - 1e-10)
+            continue;
+        double n = (double)plan->n[axis], faces = 1 / (vit_vec3_length(gradient) * n * plan->slab_mm);
+        /* Samples lie (n - 1)/2 spacings from the centre, and whole spacings on; `faces` slabs make one. */
+        double first = (n - 1) / 2 * faces;
+        return fabs(faces - round(faces)) < 1e-6 && fabs(first - round(first)) < 1e-6 * fmax(1, n);
+    }
+    return false;
+}
+
+void vit_plan_fit_lines(struct vit_plan *plan, const struct vit_preset *preset)
+{
+    bool curved = plan->technique == VIT_TECHNIQUE_COMPOSITE && plan->classify == VIT_CLASSIFY_SLAB &&
+                  plan->filter == VIT_FILTER_LINEAR;
+    plan->fitted = curved && preset->sampling.line == VIT_LINE_FITTED && !faces_on_samples(plan);
+    if (curved && preset->sampling.line == VIT_LINE_FITTED && !plan->fitted)
+        vit_plan_leave_out(plan, 0, "fitted lines", "slab faces lie on samples: chords between them are all but exact");
+}

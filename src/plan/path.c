@@ -93,6 +93,8 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
     vit_plan_choose_texel(plan, request, stacks);
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
+    if (!stacks) /* whose faces lie on slices */
+        vit_plan_fit_lines(plan, request->preset);
     vit_plan_choose_table(plan, request->volume, caps);
     if (stacks)
         vit_plan_leave_light_to_3d(plan);

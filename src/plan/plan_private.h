@@ -31,6 +31,9 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
 VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
 
+/* Whether HU across a slab follows a fitted line. */
+void vit_plan_fit_lines(struct vit_plan *plan, const struct vit_preset *preset);
+
 /* Whether texture_bytes are within the limit. */
 VIT_NODISCARD bool vit_plan_fits_memory(const struct vit_plan *plan, const struct vit_caps *caps,
                                         const struct vit_log *log);

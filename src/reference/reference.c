@@ -156,6 +156,8 @@ static void take_volume(struct vit_reference *r, const struct vit_volume *volume
     r->samples = vit_volume_samples(volume);
     r->slope = info->slope;
     r->intercept = info->intercept;
+    r->hu_min = vit_volume_get_stats(volume)->hu_min;
+    r->hu_max = vit_volume_get_stats(volume)->hu_max;
     for (int axis = 0; axis < 3; axis++) {
         r->n[axis] = (ptrdiff_t)info->n[axis];
         r->stride[axis] = axis == 0 ? 1 : r->stride[axis - 1] * r->n[axis - 1];

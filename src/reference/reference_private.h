@@ -127,7 +127,7 @@ struct vit_reference {
     enum vit_sample sample;
     const void *samples;
     ptrdiff_t n[3], stride[3];
-    double slope, intercept;
+    double slope, intercept, hu_min, hu_max;
     bool nearest;
     ptrdiff_t bricks[3];
     unsigned char *brick_empty; /* nothing to see in any cell whose lower corner lies in it; composite only */

@@ -31,10 +31,30 @@ static void light_slab(const struct ref_walk *walk, double from, double to, doub
     ref_lights_slab(light, rgba);
 }
 
-static void add_slab(struct ref_light *light, const struct ref_walk *walk, double from, double to)
+/* HU at slab face `index`, as the line across a slab wants it (vit_plan.fitted). */
+static double face_hu(const struct ref_walk *walk, int index)
+{
+    const struct vit_plan *plan = walk->reference->plan;
+    double h = plan->slab_mm, slack = VIT_PLAN_FITTED_SLACK * h, at = walk->near_mm - index * h;
+    double hu = ref_walk_hu(walk, at);
+    if (at - h < walk->at - slack || at + h > walk->end + slack)
+        return hu;
+    double before = ref_walk_hu(walk, at - h), after = ref_walk_hu(walk, at + h);
+    double most = fmin(fabs(hu - before), fabs(after - hu)), shift = (before - 2 * hu + after) / 12;
+    return fmin(fmax(hu - fmax(-most, fmin(most, shift)), walk->reference->hu_min), walk->reference->hu_max);
+}
+
+static void add_slab(struct ref_light *light, const struct ref_walk *walk, int index, double from, double to)
 {
     const struct vit_reference *r = walk->reference;
-    double front = ref_walk_hu(walk, from), back = ref_walk_hu(walk, to), rgba[4];
+    double rgba[4];
+    double front = ref_walk_hu(walk, from), back = ref_walk_hu(walk, to);
+    if (r->plan->fitted) {
+        if (fmax(front, back) <= r->plan->visible_hu[0] || fmin(front, back) >= r->plan->visible_hu[1])
+            return;
+        front = from > walk->at ? face_hu(walk, index + 1) : front;
+        back = to < walk->end ? face_hu(walk, index) : back;
+    }
     if (ref_pieces_are_empty(&r->pieces, fmin(front, back), fmax(front, back)))
         return;
     vit_slab_integrate(r->plan->transfer, front, back, (to - from) * walk->mm, rgba);
@@ -100,7 +120,7 @@ void ref_slabs_composite(const struct ref_walk *walk, double rgba[4])
         if (!slab_part(walk, i, &from, &to))
             continue;
         if (plan->classify == VIT_CLASSIFY_SLAB)
-            add_slab(&light, walk, from, to);
+            add_slab(&light, walk, i, from, to);
         else if (plan->classify == VIT_CLASSIFY_POST)
             add_post(&light, walk, from, to);
         else

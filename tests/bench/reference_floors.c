@@ -37,16 +37,24 @@ static void floors(const struct vit_volume *volume, struct vit_plan *plan, const
 {
     struct vit_reference_params params = vit_reference_params_default();
     params.mode = VIT_REFERENCE_SLABS;
-    for (int classify = VIT_CLASSIFY_SLAB; classify > VIT_CLASSIFY_UNKNOWN; classify--) {
+    static const struct {
+        const char *name;
+        enum vit_classify classify;
+        bool fitted;
+    } rows[] = {{"slab", VIT_CLASSIFY_SLAB, false},
+                {"slab, fitted", VIT_CLASSIFY_SLAB, true},
+                {"post", VIT_CLASSIFY_POST, false},
+                {"pre", VIT_CLASSIFY_PRE, false}};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(rows); i++) {
         for (int per_voxel = 1; per_voxel <= 8; per_voxel *= 2) {
             struct vit_frame frame;
             double rms, max;
-            plan->classify = (enum vit_classify)classify;
+            plan->classify = rows[i].classify;
+            plan->fitted = rows[i].fitted;
             fixture_slabs(plan, vit_volume_spacing_min_mm(vit_volume_get_info(volume)) / per_voxel);
             double ms = draw(volume, plan, params, &frame);
             compare(truth, &frame, &rms, &max);
-            printf("%-4s %d per voxel: RMS %.4f max %.3f /255, %.0f ms\n", vit_classify_name(plan->classify), per_voxel,
-                   rms, max, ms);
+            printf("%-12s %d per voxel: RMS %.4f max %.3f /255, %.0f ms\n", rows[i].name, per_voxel, rms, max, ms);
             vit_frame_clear(&frame);
         }
     }

@@ -47,6 +47,7 @@ static int fixture_setup(void **state)
     f->preset.shading.model = VIT_SHADING_NONE;
     f->preset.sampling.filter = VIT_FILTER_LINEAR;
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    f->preset.sampling.line = VIT_LINE_FITTED;
     f->preset.sampling.texture_bits = 16;
     *state = f;
     return loaded ? 0 : -1;

@@ -303,6 +303,48 @@ static void many_control_points_make_a_coarser_table(void **state)
     scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
 }
 
+/* Chords where slab faces lie on samples, or where there is no line across a slab at all. */
+static void lines_are_fitted_where_faces_cut_between_samples(void **state)
+{
+    static const struct {
+        const char *view;
+        enum vit_projection projection;
+        enum vit_classify classify;
+        enum vit_filter filter;
+        enum vit_technique technique;
+        double per_voxel;
+        bool fitted;
+    } cases[] = {
+        {"30,20", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 1, true},
+        {"2,0", VIT_PROJECTION_PERSPECTIVE, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 2, true},
+        /* 48 rows: at one slab a voxel faces lie half-way between samples, at two on them */
+        {"anterior", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 1, true},
+        {"anterior", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 2, false},
+        {"left", VIT_PROJECTION_PERSPECTIVE, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 4, false},
+        {"left", VIT_PROJECTION_PERSPECTIVE, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 1.5, true},
+        /* slices 2 mm apart, slabs of 1 mm: two a spacing */
+        {"superior", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 1, false},
+        {"30,20", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_NEAREST, VIT_TECHNIQUE_COMPOSITE, 1, false},
+        {"30,20", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_POST, VIT_FILTER_LINEAR, VIT_TECHNIQUE_COMPOSITE, 1, false},
+        {"30,20", VIT_PROJECTION_ORTHO, VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, VIT_TECHNIQUE_MIP, 1, false}};
+    struct scene *scene = *state;
+    const struct vit_preset before = scene->preset;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_plan_request request = ask(scene);
+        assert_true(vit_view_parse_direction(&request.view, cases[i].view));
+        request.view.projection = cases[i].projection;
+        scene->preset.technique = cases[i].technique;
+        scene->preset.sampling.classify = cases[i].classify;
+        scene->preset.sampling.filter = cases[i].filter;
+        scene->preset.sampling.slices_per_voxel = cases[i].per_voxel;
+        scene->preset.sampling.line = VIT_LINE_FITTED;
+        assert_int_equal(make(scene, &request).fitted, cases[i].fitted);
+        scene->preset.sampling.line = VIT_LINE_CHORD;
+        assert_false(make(scene, &request).fitted);
+    }
+    scene->preset = before;
+}
+
 static void formats_follow_capabilities(void **state)
 {
     struct scene *scene = *state;
@@ -474,6 +516,7 @@ int main(void)
         cmocka_unit_test(empty_space_and_what_is_behind_can_be_kept),
         cmocka_unit_test(what_is_visible_lies_between),
         cmocka_unit_test(many_control_points_make_a_coarser_table),
+        cmocka_unit_test(lines_are_fitted_where_faces_cut_between_samples),
         cmocka_unit_test(formats_follow_capabilities),
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
         cmocka_unit_test(the_eye_bounds_what_is_drawn),

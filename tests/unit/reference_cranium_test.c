@@ -40,19 +40,24 @@ static void test_floors(void **state)
     assert_true(vit_reference_draw(volume, &plan, NULL, &truth, NULL, NULL));
     static const struct {
         enum vit_classify classify;
+        bool fitted;
         int per_voxel;
         double rms, max;
-    } rows[] = {{VIT_CLASSIFY_SLAB, 1, 2.62, 78}, {VIT_CLASSIFY_SLAB, 2, 0.713, 38}, {VIT_CLASSIFY_SLAB, 4, 0.196, 8.9},
-                {VIT_CLASSIFY_POST, 1, 4.51, 0},  {VIT_CLASSIFY_POST, 2, 1.58, 0},   {VIT_CLASSIFY_POST, 4, 0.420, 0}};
+    } rows[] = {{VIT_CLASSIFY_SLAB, false, 1, 2.62, 78},   {VIT_CLASSIFY_SLAB, false, 2, 0.713, 38},
+                {VIT_CLASSIFY_SLAB, false, 4, 0.196, 8.9}, {VIT_CLASSIFY_SLAB, true, 1, 1.68, 0},
+                {VIT_CLASSIFY_SLAB, true, 2, 0.442, 0},    {VIT_CLASSIFY_SLAB, true, 4, 0.104, 0},
+                {VIT_CLASSIFY_POST, false, 1, 4.51, 0},    {VIT_CLASSIFY_POST, false, 2, 1.58, 0},
+                {VIT_CLASSIFY_POST, false, 4, 0.420, 0}};
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(rows); i++) {
         struct vit_reference_params params = {1e-7, VIT_REFERENCE_SLABS};
         double rms, max;
         plan.classify = rows[i].classify;
+        plan.fitted = rows[i].fitted;
         fixture_slabs(&plan, vit_volume_spacing_min_mm(vit_volume_get_info(volume)) / rows[i].per_voxel);
         assert_true(vit_reference_draw(volume, &plan, &params, &slabs, NULL, NULL));
         error_of(&truth, &slabs, &rms, &max);
-        print_message("# %s, %d per voxel: RMS %.4f max %.2f /255\n", vit_classify_name(plan.classify),
-                      rows[i].per_voxel, rms, max);
+        print_message("# %s%s, %d per voxel: RMS %.4f max %.2f /255\n", vit_classify_name(plan.classify),
+                      plan.fitted ? ", fitted" : "", rows[i].per_voxel, rms, max);
         assert_true(fabs(rms / rows[i].rms - 1) < 0.005);
         assert_true(rows[i].max == 0 || fabs(max / rows[i].max - 1) < 0.01);
         vit_frame_clear(&slabs);

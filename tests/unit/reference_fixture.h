@@ -62,6 +62,7 @@ static inline struct vit_plan fixture_plan(const struct vit_volume *volume, cons
                             .classify = VIT_CLASSIFY_SLAB,
                             .filter = VIT_FILTER_LINEAR,
                             .transfer = transfer,
+                            .visible_hu = {-INFINITY, INFINITY},
                             .clip_high = {1, 1, 1}};
     plan.mm_from_tex = vit_volume_mm_from_tex(info);
     if (!vit_mat4_invert(plan.mm_from_tex, &plan.tex_from_mm))
