@@ -98,6 +98,21 @@ void app_drawer_close(struct app_drawer *drawer);
 /* Who drew: GL's renderer string, or the reference. */
 const char *app_drawer_name(const struct app_scene *scene);
 
+/* ---- pace.c: how much smaller a moving picture is drawn ------------------------------------------------------------
+ */
+
+#define APP_PACE_SHRINK_MAX 8
+struct app_pace {
+    double budget_ms; /* 0: nothing is steered */
+    int shrink;       /* the picture's sides are the screen's by this, [1, APP_PACE_SHRINK_MAX] */
+    int slow, fast;   /* frames in a row that took too long, or that would have fitted one size larger */
+};
+/* Where to begin, after a picture of 1/probe_shrink of each side took probe_ms: time goes with the pixels. */
+struct app_pace app_pace_make(double budget_ms, double probe_ms, int probe_shrink);
+/* A frame of this size took so long. Two slow frames in a row make the next ones smaller, eight fast ones larger. */
+void app_pace_take(struct app_pace *pace, double frame_ms);
+struct vit_view app_pace_view(const struct vit_view *view, int shrink);
+
 /* ---- output.c ------------------------------------------------------------------------------------------------------
  */
 

@@ -14,6 +14,7 @@ struct series {
     double *frame_ms, *cpu_ms, *slices,
         *fragments; /* cpu_ms: of all threads; one of each per frame; one allocation, from frame_ms */
     size_t count;
+    int shrink; /* of the last frame: under --budget-ms pictures are drawn smaller */
 };
 
 static double cpu_ms_now(void)
@@ -36,9 +37,10 @@ static double median(double *values, size_t count)
     return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
 }
 
-static enum vit_exit frame_at(double turn, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+static enum vit_exit frame_at(double turn, int shrink, struct app_scene *scene, struct app_drawer *drawer,
+                              struct app *app)
 {
-    struct vit_view view = app->settings->view;
+    struct vit_view view = app_pace_view(&app->settings->view, shrink);
     view.azimuth_rad += 2.0 * M_PI * turn;
     enum vit_exit status = app_scene_plan(scene, app, &view);
     if (status != VIT_EXIT_DONE)
@@ -51,12 +53,13 @@ static enum vit_exit warm_up(struct app_scene *scene, struct app_drawer *drawer,
     enum vit_exit status = VIT_EXIT_DONE;
     /* The reference has nothing to warm, and each of its frames takes seconds. */
     for (int i = 0; status == VIT_EXIT_DONE && scene->gl && i < WARM_UP_FRAMES; i++)
-        status = frame_at((double)i / WARM_UP_FRAMES, scene, drawer, app);
+        status = frame_at((double)i / WARM_UP_FRAMES, 1, scene, drawer, app);
     return status;
 }
 
 static enum vit_exit turn(struct series *series, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
 {
+    struct app_pace pace = app_pace_make(app->settings->budget_ms, drawer->stats.frame_ms, 1);
     for (size_t i = 0; i < series->count; i++) {
         if (!vit_progress_step(&app->progress, "drawing", i, series->count)) {
             vit_error(&app->log, "bench: cancelled after %zu frames", i);
@@ -64,10 +67,12 @@ static enum vit_exit turn(struct series *series, struct app_scene *scene, struct
         }
         uint64_t start = vit_clock_ns();
         double cpu_start = cpu_ms_now();
-        enum vit_exit status = frame_at((double)i / (double)series->count, scene, drawer, app);
+        enum vit_exit status = frame_at((double)i / (double)series->count, pace.shrink, scene, drawer, app);
         if (status != VIT_EXIT_DONE)
             return status;
         series->frame_ms[i] = app_ms_since(start);
+        series->shrink = pace.shrink;
+        app_pace_take(&pace, series->frame_ms[i]);
         series->cpu_ms[i] = cpu_ms_now() - cpu_start;
         series->slices[i] = drawer->stats.slices;
         series->fragments[i] = (double)drawer->stats.fragments;
@@ -83,17 +88,17 @@ static json_t *result(struct series *series, const struct app_scene *scene, cons
     const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
     double middle = median(series->frame_ms, series->count), cpu = median(series->cpu_ms, series->count);
     return json_pack(
-        "{s:o, s:s, s:s, s:[i,i], s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
+        "{s:o, s:s, s:s, s:[i,i], s:i, s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
         "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path), "preset",
-        scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px, "voxels",
-        (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames", (json_int_t)series->count,
-        "frame_ms_median", app_json_number(middle), "frame_ms_min", app_json_number(series->frame_ms[0]),
-        "frame_ms_max", app_json_number(series->frame_ms[series->count - 1]), "frame_cpu_ms", app_json_number(cpu),
-        "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms", app_json_number(scene->load_ms), "setup_ms",
-        app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes, "slices",
-        (json_int_t)median(series->slices, series->count), "fragments",
-        (json_int_t)median(series->fragments, series->count), "peak_rss_bytes", (json_int_t)vit_memory_peak_bytes(),
-        "left_out", app_json_left_out(&scene->plan));
+        scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px, "shrink",
+        series->shrink, "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames",
+        (json_int_t)series->count, "frame_ms_median", app_json_number(middle), "frame_ms_min",
+        app_json_number(series->frame_ms[0]), "frame_ms_max", app_json_number(series->frame_ms[series->count - 1]),
+        "frame_cpu_ms", app_json_number(cpu), "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms",
+        app_json_number(scene->load_ms), "setup_ms", app_json_number(setup_ms), "texture_bytes",
+        (json_int_t)drawer->stats.texture_bytes, "slices", (json_int_t)median(series->slices, series->count),
+        "fragments", (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
+        (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
 }
 
 static double number(const json_t *object, const char *key)

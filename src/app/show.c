@@ -1,6 +1,6 @@
 /* vitrine show: full screen, until q. One poll loop; a frame is drawn only if something changed and the screen has
  * taken the last one. While the view moves the picture is drawn smaller and stretched, by as much as the measured time
- * of a full frame asks for; when it rests the full one follows. */
+ * of frames asks for (pace.c); when it rests the full one follows. */
 #include "app_private.h"
 
 #include <errno.h>
@@ -17,11 +17,10 @@
 #define TURN_RAD        (5.0 * M_PI / 180) /* an arrow */
 #define ZOOM_STEP       1.1
 #define TURN_RAD_PER_S  (36.0 * M_PI / 180) /* space: ten seconds for a turn */
-#define MOVING_MS       33.0                /* a frame while moving should take no longer */
+#define MOVING_MS       33.0                /* a frame while moving should take no longer, unless --budget-ms says */
 #define REST_AFTER_NS   UINT64_C(250000000)
 #define MASTER_RETRY_MS 200
 #define REOPEN_RETRY_MS 1000
-#define SHRINK_MAX      8
 #define SHRINK_PROBE    4
 
 struct show {
@@ -32,7 +31,7 @@ struct show {
     struct app_scene scene;
     struct app_drawer drawer;
     struct vit_view view; /* of the whole screen */
-    int shrink;           /* while moving, the picture's sides are the screen's by this */
+    struct app_pace pace; /* of pictures while moving */
     int wake[2];          /* pipe of the signal handlers */
     bool turning, quit, was_active;
     bool turned;        /* the last picture was one of a turn */
@@ -54,9 +53,7 @@ struct show {
 
 static bool draw(struct show *show, int shrink)
 {
-    struct vit_view view = show->view;
-    view.width_px = (view.width_px + shrink - 1) / shrink;
-    view.height_px = (view.height_px + shrink - 1) / shrink;
+    struct vit_view view = app_pace_view(&show->view, shrink);
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;
@@ -82,9 +79,7 @@ static bool present(struct show *show)
 /* Textures, programs and the picture's buffers for `view` at this size; draws nothing. */
 static bool prepare(struct show *show, const struct vit_view *at, int shrink)
 {
-    struct vit_view view = *at;
-    view.width_px = (view.width_px + shrink - 1) / shrink;
-    view.height_px = (view.height_px + shrink - 1) / shrink;
+    struct vit_view view = app_pace_view(at, shrink);
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;
@@ -104,12 +99,12 @@ static bool warm_up(struct show *show)
         if (!draw(show, SHRINK_PROBE))
             return false;
     double probe_ms = show->drawer.stats.frame_ms;
-    double shrink = ceil(SHRINK_PROBE * sqrt(probe_ms / MOVING_MS));
-    show->shrink = (int)fmax(1, fmin(SHRINK_MAX, shrink));
-    if (!prepare(show, &corner, show->shrink) || !prepare(show, &corner, 1))
+    double budget_ms = show->app->settings->budget_ms;
+    show->pace = app_pace_make(budget_ms > 0 ? budget_ms : MOVING_MS, probe_ms, SHRINK_PROBE);
+    if (!prepare(show, &corner, show->pace.shrink) || !prepare(show, &corner, 1))
         return false;
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
-              probe_ms, show->shrink);
+              probe_ms, show->pace.shrink);
     show->dirty = true;
     show->moved_ns = 0;
     show->status = VIT_EXIT_DONE;
@@ -136,10 +131,14 @@ static bool frame(struct show *show)
     bool moving = is_moving(show, now);
     if (!show->dirty && (!show->rough || moving))
         return true;
-    int shrink = moving ? show->shrink : 1;
+    int shrink = moving ? show->pace.shrink : 1;
     show->dirty = false;
     show->rough = shrink > 1;
-    return draw(show, shrink) && present(show);
+    if (!draw(show, shrink))
+        return false;
+    if (moving)
+        app_pace_take(&show->pace, show->drawer.stats.frame_ms);
+    return present(show);
 }
 
 /* The line that a test waits for: this view is on the screen, in full, and nothing more will come. */

@@ -87,7 +87,8 @@ static bool check_rules(const struct vit_plan_request *request, const struct vit
 static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     if (request->budget_ms > 0)
-        vit_plan_leave_out(plan, 0, "--budget-ms", "not built yet: the slab count is not steered by time");
+        vit_plan_leave_out(plan, 0, "--budget-ms",
+                           "pictures while moving (show, bench) are drawn smaller; slabs stay as they are");
     if (request->max_error > 0)
         vit_plan_leave_out(plan, 0, "--max-error", "not built yet: the slab count is not steered by error");
 }

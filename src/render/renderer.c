@@ -360,7 +360,9 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         draw_slabs(renderer, plan, stack);
     if (reduce)
         draw_reduced(renderer, plan, target);
-    renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * plan->slabs_per_pass);
+    /* A pass may hold more than there are. */
+    int slabs = plan->slabs_per_pass < plan->slab_count ? plan->slabs_per_pass : plan->slab_count;
+    renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * slabs);
 }
 
 bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan)
