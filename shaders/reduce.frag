@@ -1,5 +1,5 @@
 // MIP, MinIP, mean: the transfer function, applied once to what the slabs of a ray were reduced to.
-uniform sampler2D table;   // of slabs of thickness unit_mm
+// The table is of slabs of thickness unit_mm.
 uniform sampler2D reduced; // r: what slabs.frag wrote; a: 0 where no ray met the box
 uniform vec2 tex_from_px;
 
@@ -13,5 +13,5 @@ void main()
 #else
     float coordinate = ray.r;
 #endif
-    VIT_COLOR = ray.a > 0.0 ? VIT_TEXTURE_2D(table, vec2(coordinate, 0.5)) : vec4(0.0);
+    VIT_COLOR = ray.a > 0.0 ? table_at(vec2(coordinate, 0.5)) : vec4(0.0);
 }

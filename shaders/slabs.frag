@@ -26,7 +26,12 @@ uniform vec3 brick_high;
 uniform vec3 draw_low;         // the part of the visible box that holds anything to see
 uniform vec3 draw_high;
 #ifdef VIT_SKIP_EMPTY
+#ifdef VIT_STACKS
+uniform sampler2D occupancy; // the same, layers one below the other
+uniform vec2 occupancy_from_px; // 1 / size of that texture
+#else
 uniform VIT_SAMPLER_3D occupancy; // cells to the nearest one with anything to see, over 255 (Chebyshev); 0 in such a one
+#endif
 uniform vec3 occupancy_n;
 uniform vec3 occupancy_from_tex; // cells per texture coordinate
 uniform float cell_margin;       // what is said of a cell holds so far around it, in cells
@@ -42,10 +47,6 @@ uniform float light_gain; // texels were lit before they were filtered, and divi
 #endif
 
 VIT_VARYING float pass_near_mm;
-
-#ifdef VIT_AXIS_GROUPS
-uniform sampler2D table; // s: HU at the back (or in the middle), t: HU at the front
-#endif
 
 // x: depth where the ray leaves the box toward the eye, y: where it entered. A ray in parallel to two faces (to within
 // a billionth of the box on its way) is between them or not; one that runs in a face is in, as in the reference. It
@@ -78,7 +79,13 @@ float fitted(float before, float here, float after, bool inner)
 float slabs_alike(vec3 cell, vec3 forward, vec3 slabs_per_cell, vec3 cells, float margin)
 {
     vec3 corner = floor(cell);
+#ifdef VIT_STACKS
+    vec3 inside = clamp(corner, vec3(0.0), occupancy_n - 1.0);
+    vec2 flat_at = vec2(inside.x, inside.z * occupancy_n.y + inside.y) + 0.5;
+    float reach = floor(255.0 * VIT_TEXTURE_2D(occupancy, flat_at * occupancy_from_px).r + 0.5);
+#else
     float reach = floor(255.0 * VIT_TEXTURE_3D(occupancy, (corner + 0.5) * cells).r + 0.5);
+#endif
     float around = max(reach, 1.0) + margin;
     vec3 exit = (corner - cell + mix(vec3(1.0 - around), vec3(around), forward)) * slabs_per_cell;
     float slabs = floor(min(min(exit.x, exit.y), exit.z));
@@ -258,7 +265,7 @@ void main()
 #else
             float back_entry = table_coordinate(back);
 #endif
-            vec4 slab = VIT_TEXTURE_2D(table, vec2(back_entry, front_entry));
+            vec4 slab = table_at(vec2(back_entry, front_entry));
             front_entry = back_entry;
 #if defined(VIT_FITTED) && !defined(VIT_SKIP_EMPTY)
             slab = VISIBLE(front, back) ? slab : vec4(0.0);
@@ -266,7 +273,7 @@ void main()
 #else
             vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
-            vec4 slab = VIT_TEXTURE_2D(table, vec2(table_coordinate(texel_at(middle).r), 0.5));
+            vec4 slab = table_at(vec2(table_coordinate(texel_at(middle).r), 0.5));
 #else
             vec4 slab = texel_at(middle);
 #endif

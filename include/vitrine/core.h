@@ -234,6 +234,7 @@ void vit_camera_ray(const struct vit_camera *camera, double column, double row, 
     X(int, color_buffer_half_float, "rendering to RGBA16F")                                                            \
     X(int, color_buffer_float, "rendering to RGBA32F")                                                                 \
     X(int, float_blend, "blending to RGBA32F (EXT_float_blend)")                                                       \
+    X(int, blend_minmax, "blending to the greatest (EXT_blend_minmax)")                                                \
     X(int, texture_npot, "textures of any size with mipmaps and repeat")                                               \
     X(int, fragment_highp, "32-bit floats in fragment shaders")                                                        \
     X(int, timer_query, "GPU timers (EXT_disjoint_timer_query)")                                                       \

@@ -4,8 +4,8 @@
 
 #include "vitrine/core.h"
 
-/* A context on EGL's surfaceless or device platform, current on the calling thread. `es_major` 2 or 3. NULL: logged,
- * with what EGL offered. */
+/* A context on EGL's surfaceless or device platform, current on the calling thread. `es_major` 2 or 3, or 0: 3 if
+ * there is one, else 2. NULL: logged, with what EGL offered. */
 struct vit_gl;
 struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log);
 /* A context on a display and surface of somebody else's (an EGLDisplay, EGLConfig and EGLSurface), current with that
@@ -28,12 +28,22 @@ unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *
  * logged with `where`. Pixels are sent as GL_RGBA and vit_gl_pixel_type. */
 VIT_NODISCARD bool vit_gl_texture_create(struct vit_gl *gl, unsigned *texture, unsigned internal_format, int width,
                                          int height, const char *where);
+/* Where GL lacks textures of any size (OES_texture_npot), the next power of two; else the size itself. */
+int vit_gl_texture_side(const struct vit_gl *gl, int texels);
 unsigned vit_gl_pixel_type(const struct vit_gl *gl, unsigned internal_format);
+
+/* What is left of OpenGL ES 3's own entry points; for the texture that is bound to GL_TEXTURE_2D or GL_TEXTURE_3D. In
+ * an ES 2 context they do nothing but make vit_gl_check fail, with an error that names them. */
+void vit_gl_es3_storage_2d(struct vit_gl *gl, unsigned internal_format, int width, int height);
+void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned internal_format, const size_t size[3]);
+void vit_gl_es3_pixels_3d(struct vit_gl *gl, const size_t low[3], const size_t size[3], unsigned layout, unsigned type,
+                          const void *pixels);
 
 /* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */
 struct vit_gl_target {
     unsigned framebuffer, texture;
     int width, height;
+    int texture_width, texture_height; /* at least as much: vit_gl_texture_side */
     unsigned internal_format;
 };
 VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsigned internal_format,

@@ -29,7 +29,8 @@
     X(LIGHT_GAIN, "texels were lit beforehand and are stored darker, so that highlights fit")                          \
     X(STACKS, "texels come from stacks of 2D textures")                                                                \
     X(BYTES, "of stacks: HU in two 8-bit channels, put together and interpolated in the shader")                       \
-    X(NEAREST, "of stacks: the nearest slice instead of two blended")
+    X(NEAREST, "of stacks: the nearest slice instead of two blended")                                                  \
+    X(TABLE_BYTES, "the look-up table in two 8-bit channels each, put together and interpolated in the shader")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -156,6 +157,7 @@ struct vit_plan {
     int table_rows;
     double table_mm;
     bool table_float;
+    bool table_split; /* neither: 16 bits in two channels of 8 */
     uint64_t table_bytes;
     /* SKIP_EMPTY: a texture of one byte a brick that says how far it is to anything to see, of vit_plan_occupancy */
     size_t occupancy_n[3];

@@ -78,6 +78,8 @@ struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
 void app_scene_close(struct app_scene *scene);
+/* The version of context to make: the best (0), or ES 2 where --gl-limit gles_major says so. */
+int app_gl_major(const struct app *app);
 /* The context and its limits, as --gl-limit lowers them. */
 VIT_NODISCARD enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps);
 

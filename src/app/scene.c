@@ -20,9 +20,18 @@ static enum vit_exit gl_apply(struct app *app, struct vit_gl *gl, struct vit_cap
     return limits_apply(app, caps) ? VIT_EXIT_DONE : VIT_EXIT_USAGE;
 }
 
+int app_gl_major(const struct app *app)
+{
+    struct vit_caps caps = {.gles_major = 3};
+    for (size_t i = 0; i < app->settings->gl_limit_count; i++)
+        if (!vit_caps_limit(&caps, app->settings->gl_limit[i], NULL))
+            return 0; /* said when limits are applied */
+    return caps.gles_major < 3 ? 2 : 0;
+}
+
 enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps)
 {
-    *gl = vit_gl_create(3, &app->log);
+    *gl = vit_gl_create(app_gl_major(app), &app->log);
     if (!*gl)
         return VIT_EXIT_DISPLAY;
     enum vit_exit status = gl_apply(app, *gl, caps);

@@ -347,7 +347,7 @@ static enum vit_exit open_all(struct show *show)
                                               show->reopen};
     show->seat = vit_seat_create(settings->no_seat, &app->log);
     show->display = show->seat ? vit_display_create(show->seat, &params, &app->log) : NULL;
-    struct vit_gl *gl = show->display ? vit_display_gl_create(show->display, 3) : NULL;
+    struct vit_gl *gl = show->display ? vit_display_gl_create(show->display, app_gl_major(app)) : NULL;
     if (!gl)
         return VIT_EXIT_DISPLAY;
     if (!show->reopen)

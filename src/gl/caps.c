@@ -54,11 +54,15 @@ void vit_gl_caps_read(struct vit_caps *caps)
     glGetShaderPrecisionFormat(GL_FRAGMENT_SHADER, GL_HIGH_FLOAT, range, &bits);
     caps->fragment_highp = bits >= 23;
     caps->texture_norm16 = es3 && vit_gl_has_word(extensions, "GL_EXT_texture_norm16");
-    caps->texture_half_float_linear = es3 || vit_gl_has_word(extensions, "GL_OES_texture_half_float_linear");
-    caps->texture_float_linear = vit_gl_has_word(extensions, "GL_OES_texture_float_linear");
+    caps->texture_half_float_linear = es3 || (vit_gl_has_word(extensions, "GL_OES_texture_half_float") &&
+                                              vit_gl_has_word(extensions, "GL_OES_texture_half_float_linear"));
+    caps->texture_float_linear = (es3 || vit_gl_has_word(extensions, "GL_OES_texture_float")) &&
+                                 vit_gl_has_word(extensions, "GL_OES_texture_float_linear");
     caps->color_buffer_float = es3 && vit_gl_has_word(extensions, "GL_EXT_color_buffer_float");
     caps->color_buffer_half_float =
-        caps->color_buffer_float || vit_gl_has_word(extensions, "GL_EXT_color_buffer_half_float");
+        caps->color_buffer_float || ((es3 || vit_gl_has_word(extensions, "GL_OES_texture_half_float")) &&
+                                     vit_gl_has_word(extensions, "GL_EXT_color_buffer_half_float"));
+    caps->blend_minmax = es3 || vit_gl_has_word(extensions, "GL_EXT_blend_minmax");
     caps->float_blend = vit_gl_has_word(extensions, "GL_EXT_float_blend");
     caps->texture_npot = es3 || vit_gl_has_word(extensions, "GL_OES_texture_npot");
     caps->timer_query = vit_gl_has_word(extensions, "GL_EXT_disjoint_timer_query");

@@ -72,16 +72,20 @@ static bool open_context(struct vit_gl *gl, int es_major, EGLConfig config, EGLS
                   eglQueryString(gl->display, EGL_VENDOR));
         return false;
     }
-    const EGLint attributes[] = {EGL_CONTEXT_CLIENT_VERSION, es_major, EGL_NONE};
     if (!eglBindAPI(EGL_OPENGL_ES_API) || vit_fault())
         goto fail;
-    gl->context = eglCreateContext(gl->display, config, EGL_NO_CONTEXT, attributes);
+    gl->context = EGL_NO_CONTEXT;
+    for (int major = es_major ? es_major : 3; major >= (es_major ? es_major : 2); major--) {
+        const EGLint attributes[] = {EGL_CONTEXT_CLIENT_VERSION, major, EGL_NONE};
+        if (gl->context == EGL_NO_CONTEXT)
+            gl->context = eglCreateContext(gl->display, config, EGL_NO_CONTEXT, attributes);
+    }
     if (gl->context == EGL_NO_CONTEXT || !eglMakeCurrent(gl->display, surface, surface, gl->context))
         goto fail;
     return true;
 fail:
-    vit_error(gl->log, "no OpenGL ES %d context (EGL error 0x%x); `vitrine caps` shows what there is", es_major,
-              (unsigned)eglGetError());
+    vit_error(gl->log, "no OpenGL ES %d context (EGL error 0x%x); `vitrine caps` shows what there is",
+              es_major ? es_major : 2, (unsigned)eglGetError());
     return false;
 }
 
@@ -216,5 +220,7 @@ bool vit_gl_check(struct vit_gl *gl, const char *where)
         good = false;
     }
     gl->said[0] = '\0';
+    good = good && !gl->refused;
+    gl->refused = false;
     return good;
 }

@@ -98,6 +98,15 @@ static bool defined(const char *defines, const char *name)
     return false;
 }
 
+/* Drivers compile ES 3's language in ES 2 contexts too. */
+static bool speaks(const struct vit_gl *gl, const struct source *source)
+{
+    if (gl->caps.gles_major >= 3 || !strstr(source->text, "300 es"))
+        return true;
+    vit_error(gl->log, "shader %s: GLSL ES 3.00 in an OpenGL ES %d context", source->name, gl->caps.gles_major);
+    return false;
+}
+
 static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, const char *defines,
                        struct source parts[VIT_SHADER_PARTS])
 {
@@ -107,7 +116,10 @@ static bool load_parts(const struct vit_gl *gl, GLenum type, const char *name, c
     for (int i = 1; good && type == GL_FRAGMENT_SHADER && i < VIT_SHADER_PARTS - 1; i++)
         if (!shared[i - 1].when || defined(defines, shared[i - 1].when))
             good = load(gl, shared[i - 1].name, &parts[i]);
-    return good && load(gl, name, &parts[VIT_SHADER_PARTS - 1]);
+    good = good && load(gl, name, &parts[VIT_SHADER_PARTS - 1]);
+    for (int i = 0; i < VIT_SHADER_PARTS && good; i++)
+        good = speaks(gl, &parts[i]);
+    return good;
 }
 
 /* Every part begins with a #line that names its string, so that messages can be told in our file names. */

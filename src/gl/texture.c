@@ -19,6 +19,14 @@ unsigned vit_gl_pixel_type(const struct vit_gl *gl, unsigned internal_format)
     }
 }
 
+int vit_gl_texture_side(const struct vit_gl *gl, int texels)
+{
+    int side = 1;
+    while (side < texels && side < 1 << 30)
+        side *= 2;
+    return gl->caps.texture_npot ? texels : side;
+}
+
 bool vit_gl_texture_create(struct vit_gl *gl, unsigned *texture, unsigned internal_format, int width, int height,
                            const char *where)
 {
@@ -31,11 +39,11 @@ bool vit_gl_texture_create(struct vit_gl *gl, unsigned *texture, unsigned intern
     }
     glBindTexture(GL_TEXTURE_2D, *texture);
     if (gl->caps.gles_major >= 3)
-        glTexStorage2D(GL_TEXTURE_2D, 1, internal_format, width, height);
+        vit_gl_es3_storage_2d(gl, internal_format, width, height);
     else
         glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, width, height, 0, GL_RGBA, vit_gl_pixel_type(gl, internal_format),
                      NULL);
-    /* Without mipmaps and repetition any size is allowed on ES 2 too (ES 2.0 §3.8.2). */
+    /* ES 2 allows any size for such textures (§3.8.2); drivers without OES_texture_npot may not. */
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);

@@ -98,11 +98,12 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
                            "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
 }
 
-/* Stacks do without 3D textures, what says where there is anything to see does not. */
-static bool fits_3d(const size_t n[3], const struct vit_caps *caps)
+/* The texture that says where there is anything to see: 3D, or on stacks its layers one below the other. */
+static bool fits_occupancy(const struct vit_plan *plan, const size_t n[3], const struct vit_caps *caps)
 {
-    size_t largest = caps->gles_major >= 3 && caps->max_3d_texture_size > 0 ? (size_t)caps->max_3d_texture_size : 0;
-    return n[0] <= largest && n[1] <= largest && n[2] <= largest;
+    if (plan->path == VIT_PATH_STACKS)
+        return n[0] <= (size_t)caps->max_texture_size && n[1] * n[2] <= (size_t)caps->max_texture_size;
+    return true;
 }
 
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request)
@@ -115,10 +116,12 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->slabs_per_pass *= 2;
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         return;
-    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE) && fits_3d(stats->bricks, &request->caps)) {
+    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE) && fits_occupancy(plan, stats->bricks, &request->caps)) {
         plan->features |= VIT_FEATURE(SKIP_EMPTY);
         memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
         plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
+        if (plan->path == VIT_PATH_STACKS)
+            plan->occupancy_bytes *= 4;
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
         plan->features |= VIT_FEATURE(OPAQUE_FRONT);

@@ -49,6 +49,14 @@ static int slab_entries(struct vit_plan *plan)
     return entries;
 }
 
+static int power_of_two_upto(int n)
+{
+    int power = 1;
+    while (power <= n / 2)
+        power *= 2;
+    return power;
+}
+
 /* Post and slab classification look the transfer function up in a table over HU. */
 void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps)
 {
@@ -58,14 +66,22 @@ void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volum
     bool reduce = plan->technique != VIT_TECHNIQUE_COMPOSITE;
     bool slab = plan->classify == VIT_CLASSIFY_SLAB && !reduce;
     int entries = slab ? slab_entries(plan) : VIT_PLAN_POST_ENTRIES;
-    if (entries > caps->max_texture_size)
-        entries = caps->max_texture_size;
-    plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
     plan->table_float = caps->texture_float_linear;
+    plan->table_split = !plan->table_float && !caps->texture_half_float_linear;
+    int most = caps->max_texture_size / (plan->table_split ? 2 : 1);
+    if (entries > most)
+        entries = most;
+    if (!caps->texture_npot)
+        entries = power_of_two_upto(entries);
+    plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
     plan->table_rows = slab ? entries : 1;
     plan->table_mm = reduce ? plan->transfer->unit_mm : plan->slab_mm;
     plan->table_bytes = (uint64_t)entries * (uint64_t)plan->table_rows * (plan->table_float ? 16 : 8);
-    if (!plan->table_float)
+    if (plan->table_split) {
+        plan->features |= VIT_FEATURE(TABLE_BYTES);
+        vit_plan_leave_out(plan, plan->table_bytes, "float table",
+                           "neither float nor half-float textures here: 16 bits in two channels of 8");
+    } else if (!plan->table_float)
         vit_plan_leave_out(plan, plan->table_bytes, "float table",
                            "no filtered float textures here: half floats (11 bits)");
     plan->features |= reduce ? VIT_FEATURE(REDUCE) : slab ? VIT_FEATURE(SLAB) : VIT_FEATURE(POST);

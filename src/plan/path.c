@@ -21,11 +21,11 @@ static bool fits_gl(const struct vit_plan *plan, const struct vit_caps *caps, co
                   camera->width_px, camera->height_px, caps->max_texture_size);
         return false;
     }
-    if (plan->classify != VIT_CLASSIFY_PRE && caps->max_texture_size < VIT_PLAN_ENTRIES_MIN) {
+    if (plan->classify != VIT_CLASSIFY_PRE && caps->max_texture_size < 2 * VIT_PLAN_ENTRIES_MIN) {
         vit_error(log,
                   "this GL's 2D textures have at most %d per side (max_texture_size), look-up tables need %d; --set "
                   "sampling.classify=pre works without",
-                  caps->max_texture_size, VIT_PLAN_ENTRIES_MIN);
+                  caps->max_texture_size, 2 * VIT_PLAN_ENTRIES_MIN);
         return false;
     }
     return true;

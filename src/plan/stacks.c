@@ -135,6 +135,29 @@ static size_t brick_voxels(size_t n, size_t bricks)
     return bricks == 1 ? n : divide_up(n - 1, bricks) + 1;
 }
 
+/* The grid of tiles that wastes least, and of those the squarest: small sides are the rarer limit. */
+static void choose_grid(struct vit_stack_layout *layout, size_t side, bool npot)
+{
+    size_t best = SIZE_MAX, longest = SIZE_MAX;
+    for (size_t columns = 1; columns <= least(layout->tiles_per_texture, side / layout->tile_width); columns++) {
+        size_t rows = divide_up(layout->tiles_per_texture, columns);
+        size_t width = columns * layout->tile_width, height = rows * layout->tile_height;
+        if (height > side)
+            continue;
+        width = npot ? width : power_of_two(width);
+        height = npot ? height : power_of_two(height);
+        size_t longer = width > height ? width : height;
+        if (width * height > best || (width * height == best && longer >= longest))
+            continue;
+        best = width * height;
+        longest = longer;
+        layout->columns = columns;
+        layout->rows = rows;
+        layout->width = width;
+        layout->height = height;
+    }
+}
+
 /* False if this GL's textures are too small for anything. */
 static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, int axis, struct vit_stack_layout *layout)
 {
@@ -165,21 +188,7 @@ static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, in
         layout->bricks[axis] = divide_up(layout->tiles - shared, fit - shared);
         layout->tiles_per_texture = divide_up(layout->tiles - shared, layout->bricks[axis]) + shared;
     }
-    /* As square as it goes: small sides are the rarer limit. */
-    size_t columns = (size_t)ceil(
-        sqrt((double)layout->tiles_per_texture * (double)layout->tile_height / (double)layout->tile_width));
-    columns = columns < 1 ? 1 : columns;
-    columns = least(least(columns, layout->tiles_per_texture), side / layout->tile_width);
-    while (divide_up(layout->tiles_per_texture, columns) * layout->tile_height > side)
-        columns++;
-    layout->columns = columns;
-    layout->rows = divide_up(layout->tiles_per_texture, columns);
-    layout->width = layout->columns * layout->tile_width;
-    layout->height = layout->rows * layout->tile_height;
-    if (!caps->texture_npot) {
-        layout->width = power_of_two(layout->width);
-        layout->height = power_of_two(layout->height);
-    }
+    choose_grid(layout, side, caps->texture_npot);
     layout->bytes =
         (uint64_t)layout->width * layout->height * texel * layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
     return true;
@@ -240,6 +249,24 @@ static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->stacks[i].weight /= sum;
 }
 
+/* Where GL cannot blend to the greatest, a ray's extremes must be found in one go. */
+static bool fits_extremes(const struct vit_plan *plan, const struct vit_plan_request *request,
+                          const struct vit_log *log)
+{
+    bool extremes = plan->technique == VIT_TECHNIQUE_MIP || plan->technique == VIT_TECHNIQUE_MINIP;
+    for (int i = 0; i < plan->stack_count && extremes && !request->caps.blend_minmax; i++) {
+        const size_t *bricks = plan->stacks[i].layout.bricks;
+        if (bricks[0] * bricks[1] * bricks[2] == 1 && plan->stacks[i].slab_count <= VIT_PLAN_SLABS_PER_PASS_MAX)
+            continue;
+        vit_error(log,
+                  "%s of a volume that takes several textures needs blending to the greatest (blend_minmax), which "
+                  "this GL lacks; --path reference works without",
+                  vit_technique_name(plan->technique));
+        return false;
+    }
+    return true;
+}
+
 bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request, const struct vit_log *log)
 {
     struct vit_plan_stack all[3];
@@ -261,6 +288,8 @@ bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *reque
     if (!cut_eye(plan, log))
         return false;
     fit_fade(plan, request);
+    if (!fits_extremes(plan, request, log))
+        return false;
     plan->slab_first = plan->stacks[0].slab_first;
     plan->slab_count = plan->stacks[0].slab_count;
     return vit_plan_fits_memory(plan, &request->caps, log);

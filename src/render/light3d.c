@@ -106,7 +106,7 @@ static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_form
     *texture = make_texture(gl, GL_TEXTURE_3D, "light");
     if (!*texture)
         return false;
-    glTexStorage3D(GL_TEXTURE_3D, 1, internal_format, (GLsizei)plan->n[0], (GLsizei)plan->n[1], (GLsizei)plan->n[2]);
+    vit_gl_es3_storage_3d(gl, internal_format, plan->n);
     set_filter(GL_TEXTURE_3D, linear);
     char where[128];
     snprintf(where, sizeof where, "light texture of %zu x %zu x %zu (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],
@@ -140,7 +140,7 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
     } else {
         light->second = make_texture(gl, GL_TEXTURE_2D, "table of directions");
         if (light->second)
-            glTexStorage2D(GL_TEXTURE_2D, 1, shade->grey ? GL_RG32F : GL_RGBA32F, TABLE_WIDTH, (GLsizei)height);
+            vit_gl_es3_storage_2d(gl, shade->grey ? GL_RG32F : GL_RGBA32F, TABLE_WIDTH, (GLsizei)height);
         set_filter(GL_TEXTURE_2D, false);
     }
     if (light->second)

@@ -46,7 +46,7 @@ void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struc
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, from->texture);
     glUniform1i(present->mix_picture, 0);
-    glUniform2f(present->mix_tex_from_px, 1.0f / (GLfloat)into->width, 1.0f / (GLfloat)into->height);
+    glUniform2f(present->mix_tex_from_px, 1.0f / (GLfloat)from->texture_width, 1.0f / (GLfloat)from->texture_height);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendColor(0, 0, 0, (GLfloat)share);
@@ -78,7 +78,8 @@ bool vit_present_draw(struct vit_gl *gl, struct vit_present *present, const stru
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
     glUniform1i(present->picture, 0);
-    glUniform2f(present->tex_from_px, 1.0f / (GLfloat)width, 1.0f / (GLfloat)height);
+    glUniform2f(present->tex_from_px, (GLfloat)((double)target->width / ((double)width * target->texture_width)),
+                (GLfloat)((double)target->height / ((double)height * target->texture_height)));
     glUniform3f(present->background, (GLfloat)background[0], (GLfloat)background[1], (GLfloat)background[2]);
     draw_corners(present, present->program);
     glBindTexture(GL_TEXTURE_2D, 0);

@@ -2,11 +2,9 @@
 #ifndef VITRINE_RENDER_PRIVATE_H
 #define VITRINE_RENDER_PRIVATE_H
 
-#include <GLES3/gl3.h>
-
-#include <GLES2/gl2ext.h>
-
 #include "vitrine/render.h"
+
+#include "es2_only.h"
 
 /* FNV-1a: what a texture was made from, so that it is made again only when that changes. */
 #define VIT_HASH_START 0xcbf29ce484222325u
@@ -44,6 +42,8 @@ void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade 
                         enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out);
 void vit_texels_clear(struct vit_texels *texels);
 uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels depend on but the voxels */
+
+uint16_t vit_half_from_float(float value); /* to the nearest, ties to even */
 
 /* shade.c: what every voxel reflects: the number of its direction and, where the preset asks, weight and factor, made
  * once; and the table of directions, made again when view, light or material change. All zero: nothing made yet. */
@@ -125,7 +125,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
-    X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(brick_low) X(brick_high) \
+    X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
     X(stack_columns) X(stack_tile) X(stack_from_px)
 /* clang-format on */
@@ -176,6 +176,7 @@ void vit_table_clear(struct vit_table *table);
 /* occupancy.c: where there is anything to see, a byte a brick. */
 struct vit_occupancy {
     GLuint texture;
+    int width, height; /* on stacks */
     uint64_t made_from;
     uint64_t bytes;
 };
@@ -188,6 +189,9 @@ void vit_occupancy_clear(struct vit_occupancy *occupancy);
 struct vit_surface {
     struct vit_gl_target target, reduced, other;
 };
+
+/* read.c: initialises the frame. */
+VIT_NODISCARD bool vit_read_target(struct vit_gl *gl, const struct vit_gl_target *target, struct vit_frame *frame);
 
 /* present.c: a finished picture over its background, into framebuffer 0. */
 struct vit_present {

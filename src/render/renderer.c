@@ -196,6 +196,7 @@ static void set_axis(const struct vit_renderer *renderer, const struct vit_progr
     glUniform2f(program->visible_hu, (GLfloat)fmin(ends[0], ends[1]), (GLfloat)fmax(ends[0], ends[1]));
     glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
     glUniform1i(program->table, 1);
+    glUniform2f(program->table_size, (GLfloat)axis->entries, (GLfloat)plan->table_rows);
 }
 
 static void set_uniforms(const struct vit_program *program, const struct vit_plan *plan)
@@ -275,7 +276,7 @@ static void bind_textures(struct vit_renderer *renderer, const struct vit_plan *
     }
     if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
         glActiveTexture(GL_TEXTURE3);
-        glBindTexture(GL_TEXTURE_3D, renderer->occupancy.texture);
+        glBindTexture(plan->path == VIT_PATH_3D ? GL_TEXTURE_3D : GL_TEXTURE_2D, renderer->occupancy.texture);
     }
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, 0);
@@ -295,10 +296,14 @@ static void clear_target(const struct vit_gl_target *target)
 }
 
 /* How passes come together: front to back, what is there hides what comes; or extremes, or sums. */
-static void set_blending(const struct vit_plan *plan)
+static void set_blending(const struct vit_gl *gl, const struct vit_plan *plan)
 {
     bool sum = plan->features & VIT_FEATURE(MEAN), reduce = plan->features & VIT_FEATURE(REDUCE);
     glEnable(GL_BLEND);
+    if (reduce && !sum && !vit_gl_caps(gl)->blend_minmax) {
+        glDisable(GL_BLEND); /* the plan then has nothing to blend */
+        return;
+    }
     glBlendEquation(reduce && !sum ? GL_MAX : GL_FUNC_ADD);
     if (reduce)
         glBlendFunc(GL_ONE, GL_ONE);
@@ -314,13 +319,16 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
     glUseProgram(program->name);
     set_uniforms(program, plan);
     set_light(program, plan);
-    if (stack)
+    if (stack) {
         vit_stacks_set_rays(program, plan, stack);
+        glUniform2f(program->occupancy_from_px, 1.0f / (GLfloat)renderer->occupancy.width,
+                    1.0f / (GLfloat)renderer->occupancy.height);
+    }
     if (plan->axis.entries > 0)
         set_axis(renderer, program, plan);
     send_vertices(renderer, program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     bind_textures(renderer, plan);
-    set_blending(plan);
+    set_blending(renderer->gl, plan);
     for (size_t i = 0; i < mesh->part_count; i++) {
         if (stack)
             vit_stacks_set_part(program, &renderer->stacks, plan, stack, &mesh->parts[i]);
@@ -338,7 +346,7 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
     glUseProgram(program->name);
     set_axis(renderer, program, plan);
     glUniform1i(program->reduced, 2);
-    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)target->width, 1.0f / (GLfloat)target->height);
+    glUniform2f(program->tex_from_px, 1.0f / (GLfloat)target->texture_width, 1.0f / (GLfloat)target->texture_height);
     send_vertices(renderer, program, whole, sizeof whole);
     bind_textures(renderer, plan);
     glActiveTexture(GL_TEXTURE2);
@@ -392,33 +400,7 @@ bool vit_renderer_present(struct vit_renderer *renderer, const struct vit_plan *
 
 bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
 {
-    int width = renderer->surface->target.width, height = renderer->surface->target.height;
-    size_t row_floats = (size_t)width * 4;
-    bool bytes = renderer->surface->target.internal_format == GL_RGBA8;
-    uint8_t *row = bytes ? vit_alloc(row_floats, 1) : NULL;
-    *frame = (struct vit_frame){0};
-    if ((bytes && !row) || !vit_frame_init(frame, width, height)) {
-        vit_error(vit_gl_log(renderer->gl), "out of memory for a picture of %d x %d", width, height);
-        vit_free(row);
-        return false;
-    }
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->surface->target.framebuffer);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    for (int y = 0; y < height; y++) {
-        float *out = frame->rgba + (size_t)(height - 1 - y) * row_floats; /* GL's row 0 is the lowest */
-        if (bytes) {
-            glReadPixels(0, y, width, 1, GL_RGBA, GL_UNSIGNED_BYTE, row);
-            for (size_t i = 0; i < row_floats; i++)
-                out[i] = (float)row[i] / 255.0f;
-        } else {
-            glReadPixels(0, y, width, 1, GL_RGBA, GL_FLOAT, out);
-        }
-    }
-    vit_free(row);
-    bool good = vit_gl_check(renderer->gl, "reading the picture");
-    if (!good)
-        vit_frame_clear(frame);
-    return good;
+    return vit_read_target(renderer->gl, &renderer->surface->target, frame);
 }
 
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer)

@@ -32,7 +32,7 @@ static bool psi_texture(struct vit_gl *gl, struct segments *s)
                 turned[front * PSI_TABLE + back] = psi[back * PSI_TABLE + front];
         glGenTextures(1, &s->table);
         glBindTexture(GL_TEXTURE_2D, s->table);
-        glTexStorage2D(GL_TEXTURE_2D, 1, GL_R32F, PSI_TABLE, PSI_TABLE);
+        vit_gl_es3_storage_2d(gl, GL_R32F, PSI_TABLE, PSI_TABLE);
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, PSI_TABLE, PSI_TABLE, GL_RED, GL_FLOAT, turned);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);

@@ -1,4 +1,7 @@
 /* Look-up tables of post and slab classification. */
+#include <math.h>
+#include <string.h>
+
 #include "render_private.h"
 
 static uint64_t hash_table(const struct vit_plan *plan)
@@ -8,7 +11,56 @@ static uint64_t hash_table(const struct vit_plan *plan)
     hash = vit_hash_bytes(hash, plan->axis.hu, ((size_t)plan->axis.segments + 1) * sizeof plan->axis.hu[0]);
     hash = vit_hash_bytes(hash, &plan->table_rows, sizeof plan->table_rows);
     hash = vit_hash_bytes(hash, &plan->table_float, sizeof plan->table_float);
+    hash = vit_hash_bytes(hash, &plan->table_split, sizeof plan->table_split);
     return vit_hash_bytes(hash, &plan->table_mm, sizeof plan->table_mm);
+}
+
+static GLenum internal_format(const struct vit_plan *plan)
+{
+    return plan->table_split ? GL_RGBA8 : plan->table_float ? GL_RGBA32F : GL_RGBA16F;
+}
+
+/* In place, from the front: no format is larger than a float. */
+static void convert(const struct vit_plan *plan, float *rgba, size_t count)
+{
+    unsigned char *out = (unsigned char *)rgba;
+    for (size_t i = 0; i < count && !plan->table_float; i++) {
+        float value = rgba[i];
+        uint16_t half =
+            plan->table_split ? (uint16_t)lroundf(fminf(1, fmaxf(0, value)) * 65535) : vit_half_from_float(value);
+        memcpy(out + i * sizeof half, &half, sizeof half);
+    }
+}
+
+/* Higher bytes, and below them the lower ones. */
+static bool send_split(struct vit_gl *gl, const struct vit_plan *plan, const unsigned char *halves)
+{
+    size_t count = (size_t)plan->axis.entries * (size_t)plan->table_rows * 4;
+    uint8_t *bytes = vit_alloc(count, 2);
+    if (!bytes) {
+        vit_error(vit_gl_log(gl), "out of memory for a table of %d x %d", plan->axis.entries, plan->table_rows);
+        return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        uint16_t whole;
+        memcpy(&whole, halves + i * sizeof whole, sizeof whole);
+        bytes[i] = (uint8_t)(whole >> 8);
+        bytes[count + i] = (uint8_t)(whole & 255);
+    }
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, plan->axis.entries, 2 * plan->table_rows, GL_RGBA, GL_UNSIGNED_BYTE, bytes);
+    vit_free(bytes);
+    return vit_gl_check(gl, "look-up table");
+}
+
+static bool send(struct vit_gl *gl, const struct vit_plan *plan, float *rgba)
+{
+    convert(plan, rgba, (size_t)plan->axis.entries * (size_t)plan->table_rows * 4);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    if (plan->table_split)
+        return send_split(gl, plan, (const unsigned char *)rgba);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, plan->axis.entries, plan->table_rows, GL_RGBA,
+                    vit_gl_pixel_type(gl, internal_format(plan)), rgba);
+    return vit_gl_check(gl, "look-up table");
 }
 
 bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan)
@@ -26,27 +78,21 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
         return false;
     }
     vit_plan_table_fill(plan, rgba);
-    if (!vit_fault())
-        glGenTextures(1, &table->texture);
-    if (!table->texture) {
-        vit_error(vit_gl_log(gl), "look-up table of %d x %d: GL gives no texture", width, height);
-        vit_free(rgba);
+    bool good = vit_gl_texture_create(gl, &table->texture, internal_format(plan), width,
+                                      plan->table_split ? 2 * height : height, "look-up table") &&
+                send(gl, plan, rgba);
+    vit_free(rgba);
+    if (!good) {
+        vit_table_clear(table);
         return false;
     }
-    glBindTexture(GL_TEXTURE_2D, table->texture);
-    glTexStorage2D(GL_TEXTURE_2D, 1, plan->table_float ? GL_RGBA32F : GL_RGBA16F, width, height);
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    vit_free(rgba);
+    if (!plan->table_split) { /* what is put together in the shader is interpolated there */
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    }
     table->made_from = hash;
     table->bytes = plan->table_bytes;
-    bool good = vit_gl_check(gl, "look-up table");
-    if (!good)
-        vit_table_clear(table);
-    return good;
+    return true;
 }
 
 void vit_table_clear(struct vit_table *table)

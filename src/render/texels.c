@@ -27,7 +27,7 @@ uint64_t vit_texels_hash(const struct vit_plan *plan)
 }
 
 /* To the nearest, ties to even; beyond the largest half infinity. */
-static uint16_t half_from_float(float value)
+uint16_t vit_half_from_float(float value)
 {
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
@@ -57,7 +57,7 @@ static void store_texel(const struct vit_texel_format *format, bool bytes, const
         else if (format->type == GL_FLOAT)
             ((float *)out)[c] = (float)value[c];
         else
-            ((uint16_t *)out)[c] = half_from_float((float)value[c]);
+            ((uint16_t *)out)[c] = vit_half_from_float((float)value[c]);
     }
 }
 

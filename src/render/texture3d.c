@@ -52,8 +52,7 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
     if (!vit_fault()) {
         glGenTextures(1, &texture->texture);
         glBindTexture(GL_TEXTURE_3D, texture->texture);
-        glTexStorage3D(GL_TEXTURE_3D, 1, vit_texel_formats[plan->texel].internal_format, (GLsizei)plan->n[0],
-                       (GLsizei)plan->n[1], (GLsizei)plan->n[2]);
+        vit_gl_es3_storage_3d(gl, vit_texel_formats[plan->texel].internal_format, plan->n);
     }
     char where[128];
     snprintf(where, sizeof where, "3D texture of %zu x %zu x %zu %s (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],

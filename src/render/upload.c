@@ -36,7 +36,7 @@ static bool next_box(const struct vit_upload *upload, size_t first, struct box *
     return high[1] > 0;
 }
 
-static void send_box(const struct vit_upload *upload, const struct box *box, unsigned char *staging)
+static void send_box(struct vit_gl *gl, const struct vit_upload *upload, const struct box *box, unsigned char *staging)
 {
     size_t width = box->high[0] - box->low[0], height = box->high[1] - box->low[1], depth = box->high[2] - box->low[2];
     ptrdiff_t rows = (ptrdiff_t)(height * depth);
@@ -46,8 +46,8 @@ static void send_box(const struct vit_upload *upload, const struct box *box, uns
         upload->row(upload->user, (k * upload->n[1] + j) * upload->n[0] + box->low[0], width,
                     staging + (size_t)row * width * upload->texel_bytes);
     }
-    glTexSubImage3D(GL_TEXTURE_3D, 0, (GLint)box->low[0], (GLint)box->low[1], (GLint)box->low[2], (GLsizei)width,
-                    (GLsizei)height, (GLsizei)depth, upload->layout, upload->type, staging);
+    const size_t size[3] = {width, height, depth};
+    vit_gl_es3_pixels_3d(gl, box->low, size, upload->layout, upload->type, staging);
 }
 
 void *vit_staging_get(struct vit_staging *staging, size_t bytes)
@@ -76,7 +76,7 @@ bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const st
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (size_t first = 0; first < n[2] && going; first = box.high[2]) {
         if (next_box(upload, first, &box))
-            send_box(upload, &box, staging);
+            send_box(gl, upload, &box, staging);
         going = vit_progress_step(progress, upload->what, box.high[2], n[2]);
     }
     vit_free(own.bytes);

@@ -38,7 +38,7 @@ static int fixture_setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);
     f->log = (struct vit_log){fixture_log, NULL, VIT_LOG_WARN};
-    f->gl = vit_gl_create(3, &f->log);
+    f->gl = vit_gl_create(0, &f->log);
     bool loaded = fixture_load(f, "block");
     /* 1 %/mm: over the block's length neither clear nor opaque. */
     f->point = (struct vit_transfer_point){0, {0.8, 0.5, 0.25}, 0.01};

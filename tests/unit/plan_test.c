@@ -16,6 +16,8 @@ static const struct vit_caps all_caps = {.gles_major = 3,
                                          .color_buffer_half_float = 1,
                                          .color_buffer_float = 1,
                                          .float_blend = 1,
+                                         .texture_npot = 1,
+                                         .blend_minmax = 1,
                                          .fragment_highp = 1};
 
 struct scene {
