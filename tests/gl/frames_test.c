@@ -298,7 +298,7 @@ static void a_preset_leaves_nothing_to_the_next(void **state)
         struct vit_frame alone = frame_of_preset(fresh, preset->name);
         double worst = 0;
         for (int i = 0; i < WIDTH * HEIGHT * 4; i++)
-            worst = fmax(worst, fabs(after.rgba[i] - alone.rgba[i]));
+            worst = fmax(worst, fabs((double)after.rgba[i] - alone.rgba[i]));
         if (worst > 0)
             fail_msg("%s after the presets before it differs by %g", preset->name, worst);
         vit_frame_clear(&after);
