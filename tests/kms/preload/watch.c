@@ -2,7 +2,8 @@
  *
  * - counts what the program itself acquires (memory, files, shaders, textures: calls that come from the binary, not
  * from its libraries) into the file that $WATCH names: a number, and the name of the last call;
- * - while /tmp/other-screen exists, the screen lacks the modes that are 320 wide: as if another one were connected. */
+ * - while /tmp/other-screen exists, the screen has only modes of 321 to 640 pixels a row: as if another one were
+ * connected. */
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <link.h>
@@ -128,7 +129,7 @@ drmModeConnectorPtr drmModeGetConnector(int card, uint32_t id)
         return connector;
     int kept = 0;
     for (int i = 0; i < connector->count_modes; i++)
-        if (connector->modes[i].hdisplay != 320)
+        if (connector->modes[i].hdisplay > 320 && connector->modes[i].hdisplay <= 640)
             connector->modes[kept++] = connector->modes[i];
     connector->count_modes = kept;
     return connector;
