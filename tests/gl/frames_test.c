@@ -271,15 +271,19 @@ static void counting_counts(void **state)
     close_scene(f);
 }
 
-/* As the keys 1 to 9 do: the renderer stays, the preset changes. */
-static struct vit_frame frame_of_preset(struct fixture *f, const char *name)
+/* As the keys 1 to 9 do: the renderer stays, the preset changes; small pictures come first. */
+static struct vit_frame frame_of_preset(struct fixture *f, const char *name, const char *direction, bool small_first)
 {
     struct vit_frame picture;
     struct vit_preset *preset = app_preset_open(&f->app, name);
     assert_non_null(preset);
     vit_preset_destroy(&f->scene.preset);
     f->scene.preset = preset;
-    frame(f, "20,35", 1.3, 1);
+    for (int shrink = 4; small_first && shrink > 1; shrink /= 2) {
+        frame(f, direction, 1.3, shrink);
+        frame(f, "45,35", 1.3, shrink);
+    }
+    frame(f, direction, 1.3, 1);
     assert_true(app_drawer_read(&f->drawer, &picture));
     return picture;
 }
@@ -292,10 +296,12 @@ static void a_preset_leaves_nothing_to_the_next(void **state)
     struct fixture *same = open_scene(arguments, count);
     if (!same)
         skip();
-    for (const struct vit_preset_builtin *preset = vit_presets_builtin; preset->name; preset++) {
-        struct vit_frame after = frame_of_preset(same, preset->name);
+    int number = 0;
+    for (const struct vit_preset_builtin *preset = vit_presets_builtin; preset->name; preset++, number++) {
+        const char *direction = number % 2 ? "anterior" : "20,35";
+        struct vit_frame after = frame_of_preset(same, preset->name, direction, true);
         struct fixture *fresh = open_scene(arguments, count); /* its context is the current one now */
-        struct vit_frame alone = frame_of_preset(fresh, preset->name);
+        struct vit_frame alone = frame_of_preset(fresh, preset->name, direction, false);
         double worst = 0;
         for (int i = 0; i < WIDTH * HEIGHT * 4; i++)
             worst = fmax(worst, fabs((double)after.rgba[i] - alone.rgba[i]));
