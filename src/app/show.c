@@ -363,6 +363,7 @@ static enum vit_exit open_all(struct show *show)
     vit_debug(&app->log, "show: on %s, seat: %s", vit_display_text(show->display), vit_seat_kind(show->seat));
     show->was_active = true;
     show->unplugged = show->turned = false;
+    show->said_flips = 0;
     show->status = VIT_EXIT_DONE;
     bool good = show->preset ? take_preset(show, show->preset) : warm_up(show);
     return good ? VIT_EXIT_DONE : show->status;

@@ -62,22 +62,22 @@ start() {
     begin "$@"
     rest
 }
-# until PATTERN [SECONDS]: until the program said so, or has ended
-until_said() {
-    tries=0
-    while ! grep -q "$1" $log && [ $tries -lt $((${2:-60} * 10)) ] && kill -0 $pid 2>/dev/null; do
+# wait_for SECONDS COMMAND...: until the command succeeds or the program has ended
+wait_for() {
+    deadline=$(($(date +%s) + $1))
+    shift
+    until "$@"; do
+        [ "$(date +%s)" -lt $deadline ] && kill -0 $pid 2>/dev/null || return
         usleep 100000
-        tries=$((tries + 1))
     done
-    grep -q "$1" $log
 }
-# until one more picture rests; two minutes at most
+# until_said PATTERN: until the program said so
+until_said() { wait_for 60 grep -q "$1" $log; }
+has_rested() { [ "$(grep -c 'at rest' $log)" -ge $rests ]; }
+# until one more picture rests
 rest() {
-    rests=$((rests + 1)) tries=0
-    while [ "$(grep -c 'at rest' $log)" -lt $rests ] && [ $tries -lt 1200 ] && kill -0 $pid 2>/dev/null; do
-        usleep 100000
-        tries=$((tries + 1))
-    done
+    rests=$((rests + 1))
+    wait_for 120 has_rested
     rests=$(grep -c 'at rest' $log)
 }
 # press NAME KEYS SNAPSHOT-OPTIONS...: the picture after these keys (one after another; shift-equal is a chord) is snapshot's
@@ -93,14 +93,11 @@ press() {
     shot "$name"
     say "same $name $*"
 }
-# gone NAME STATUS: it has ended so (20 s at most), and the console is back
+has_ended() { ! kill -0 $pid 2>/dev/null; }
+# gone NAME STATUS: it has ended so, and the console is back
 gone() {
-    tries=0
-    while kill -0 $pid 2>/dev/null && [ $tries -lt 200 ]; do
-        usleep 100000
-        tries=$((tries + 1))
-    done
-    [ $tries -lt 200 ] || { say "not ok $1: it does not end" && kill -9 $pid; }
+    wait_for 60 has_ended
+    has_ended || { say "not ok $1: it does not end" && kill -9 $pid; }
     wait $pid
     status=$?
     verdict "$1: exit status $2 (it was $status)" [ $status = "$2" ]

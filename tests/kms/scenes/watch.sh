@@ -29,8 +29,8 @@ for way in atomic legacy; do
         touch /tmp/other-screen
         echo change >/sys/class/drm/card0/uevent
         verdict "it begins anew on another screen" until_said "another screen"
-        tries=0
-        while [ "$(grep -c 'show: on ' $log)" -lt 2 ] && [ $tries -lt 600 ]; do usleep 100000 && tries=$((tries + 1)); done
+        opened_twice() { [ "$(grep -c 'show: on ' $log)" -ge 2 ]; }
+        wait_for 120 opened_twice
         rest
         size=$(sed -n 's/.*show: on card0, Virtual-1, \([0-9x]*\)@.*/\1/p' $log | tail -1)
         shot other
