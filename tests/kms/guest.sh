@@ -72,12 +72,12 @@ wait_for() {
     done
 }
 # until_said PATTERN: until the program said so
-until_said() { wait_for 60 grep -q "$1" $log; }
+until_said() { wait_for 120 grep -q "$1" $log; }
 has_rested() { [ "$(grep -c 'at rest' $log)" -ge $rests ]; }
 # until one more picture rests
 rest() {
     rests=$((rests + 1))
-    wait_for 120 has_rested
+    wait_for 300 has_rested
     rests=$(grep -c 'at rest' $log)
 }
 # press NAME KEYS SNAPSHOT-OPTIONS...: the picture after these keys (one after another; shift-equal is a chord) is snapshot's
@@ -96,7 +96,7 @@ press() {
 has_ended() { ! kill -0 $pid 2>/dev/null; }
 # gone NAME STATUS: it has ended so, and the console is back
 gone() {
-    wait_for 60 has_ended
+    wait_for 120 has_ended
     has_ended || { say "not ok $1: it does not end" && kill -9 $pid; }
     wait $pid
     status=$?

@@ -30,7 +30,7 @@ for way in atomic legacy; do
         echo change >/sys/class/drm/card0/uevent
         verdict "it begins anew on another screen" until_said "another screen"
         opened_twice() { [ "$(grep -c 'show: on ' $log)" -ge 2 ]; }
-        wait_for 120 opened_twice
+        wait_for 300 opened_twice
         rest
         size=$(sed -n 's/.*show: on card0, Virtual-1, \([0-9x]*\)@.*/\1/p' $log | tail -1)
         shot other
