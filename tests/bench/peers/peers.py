@@ -232,7 +232,7 @@ def write_plot(rows, folder):
     colors = {"vitrine 3d": "#1b6ca8", "vitrine stacks": "#2a9d8f", "VTK CPU": "#e07a1f", "VTK GPU": "#c1121f", "VolPack": "#6a4c93"}
     wide, high, gap = 300, 240, 60
     svg = ['<svg xmlns="http://www.w3.org/2000/svg" width="%d" height="%d" font-family="DejaVu Sans, sans-serif" font-size="11">'
-           % (gap + len(scenes) * (wide + gap), high + 110), '<rect width="100%" height="100%" fill="white"/>']
+           % (max(gap + len(scenes) * (wide + gap), 720), high + 110), '<rect width="100%" height="100%" fill="white"/>']
     times = [row["ms"] for row in rows if not row["lit"]]
     errors = [row["error"] for row in rows if not row["lit"] and row["error"]]
     t0, t1 = np.log10(min(times) / 1.5), np.log10(max(times) * 1.5)
