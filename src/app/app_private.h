@@ -64,6 +64,8 @@ struct app_scene {
     struct vit_caps caps; /* after --gl-limit */
     struct vit_volume *volume;
     struct vit_plan plan;
+    struct vit_view view;  /* of the plan */
+    unsigned failed_paths; /* bits 1 << path: auto does not take them again */
     double gl_ms, load_ms; /* context; input */
 };
 
@@ -77,6 +79,9 @@ VIT_NODISCARD enum vit_exit app_scene_open_on(struct app_scene *scene, struct ap
 struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
+/* After a failed upload: where auto chose the path, the next one, said and planned for the same view. False: there is
+ * none, or it was not auto's choice. */
+VIT_NODISCARD bool app_scene_fall_back(struct app_scene *scene, struct app *app);
 void app_scene_close(struct app_scene *scene);
 /* The version of context to make: the best (0), or ES 2 where --gl-limit gles_major says so. */
 int app_gl_major(const struct app *app);

@@ -21,9 +21,12 @@ static void caps_print(const struct vit_caps *caps)
     enum vit_path path = vit_plan_auto_path(caps);
     printf("path       %s: ", vit_path_name(path));
     if (path == VIT_PATH_3D)
-        printf("volumes of up to %d voxels a side\n", caps->max_3d_texture_size);
+        printf("volumes of up to %d voxels a side, larger ones by stacks\n", caps->max_3d_texture_size);
+    else if (path == VIT_PATH_STACKS)
+        printf("%s; volumes of any size in 2D textures of up to %d texels a side\n",
+               caps->gles_major < 3 ? "OpenGL ES 2 has no 3D textures" : "no 3D textures here", caps->max_texture_size);
     else
-        puts("this build needs OpenGL ES 3 with 3D textures to draw with GL");
+        puts("this build needs OpenGL ES 2 to draw with GL");
     puts("limits     (--gl-limit NAME=VALUE pretends a smaller one)");
 #define LIMIT(type, name, help) printf("  %-26s %-7d %s\n", #name, caps->name, help);
     VIT_CAPS_LIMITS(LIMIT)

@@ -67,6 +67,18 @@ static void print_left_out(const struct vit_plan *plan)
     }
 }
 
+static void print_stacks(const struct vit_plan *plan)
+{
+    for (int i = 0; i < plan->stack_count; i++) {
+        const struct vit_plan_stack *stack = &plan->stacks[i];
+        const struct vit_stack_layout *layout = &stack->layout;
+        printf("stack       %c: %.0f %% of the picture, %d slabs, %zu textures of %zu x %zu, %.1f MiB\n",
+               "xyz"[stack->axis], 100 * stack -> weight, stack -> slab_count,
+               layout -> bricks[0] * layout -> bricks[1] * layout -> bricks[2], layout -> width, layout -> height,
+               (double)layout -> bytes / 1048576.0);
+    }
+}
+
 static void print_plan(const struct app_scene *scene, const struct app *app)
 {
     const struct vit_plan *plan = &scene->plan;
@@ -82,6 +94,7 @@ static void print_plan(const struct app_scene *scene, const struct app *app)
     printf("picture     %d x %d pixels of %.4g mm\n", view->width_px, view->height_px, plan->camera.pixel_mm);
     printf("renderer    %s\n", app_drawer_name(scene));
     printf("path        %s: %s\n", vit_path_name(plan->path), plan->path_why);
+    print_stacks(plan);
     printf("slabs       %d of %.4g mm, %d in a pass\n", plan->slab_count, plan->slab_mm, plan->slabs_per_pass);
     printf("textures    %s, %.1f MiB\n", vit_texel_name(plan->texel), (double)plan->texture_bytes / 1048576.0);
     printf("target      %s, %.1f MiB: %s\n", vit_target_name(plan->target), (double)plan->target_bytes / 1048576.0,

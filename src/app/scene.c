@@ -59,11 +59,13 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .view = *view,
         .caps = scene->caps,
         .path = settings->path,
+        .failed_paths = scene->failed_paths,
         .keep = settings->keep,
         .keep_count = settings->keep_count,
         .budget_ms = settings->budget_ms,
         .max_error = settings->max_error,
     };
+    scene->view = *view;
     switch (vit_plan_make(&scene->plan, &request, &app->log)) {
     case VIT_PLAN_DONE:
         return VIT_EXIT_DONE;
@@ -83,6 +85,16 @@ static void warn_of_units(struct app *app, const struct app_scene *scene)
                  "preset %s is made for HU, but the values of this volume are stored units (%g to %g); its points are "
                  "taken as those: --set transfer.points=[…] gives others",
                  scene->preset->name, stats->hu_min, stats->hu_max);
+}
+
+bool app_scene_fall_back(struct app_scene *scene, struct app *app)
+{
+    if (app->settings->path != VIT_PATH_AUTO || scene->plan.path != VIT_PATH_3D || app_interrupted())
+        return false;
+    vit_warn(&app->log, "the 3d path failed here; drawing with stacks of 2D textures instead");
+    scene->failed_paths |= 1u << VIT_PATH_3D;
+    const struct vit_view view = scene->view;
+    return app_scene_plan(scene, app, &view) == VIT_EXIT_DONE;
 }
 
 static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const struct vit_view *view)

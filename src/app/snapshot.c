@@ -53,6 +53,7 @@ static void labels_fill(struct labels *labels, const struct app_scene *scene, co
     label_add(labels, "size", "%d x %d", view->width_px, view->height_px);
     label_add(labels, "renderer", "%s", app_drawer_name(scene));
     label_add(labels, "path", "%s", vit_path_name(plan->path));
+    label_add(labels, "path_why", "%s", plan->path_why);
     if (scene->gl) {
         label_add(labels, "slices", "%d of %.6g mm", plan->slab_count, plan->slab_mm);
         label_add(labels, "formats", "%s to %s", vit_texel_name(plan->texel), vit_target_name(plan->target));
