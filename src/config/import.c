@@ -255,7 +255,8 @@ static bool merge(const struct vit_foreign *foreign, struct vit_transfer *transf
         point_at(foreign, x, false, &left);
         point_at(foreign, x, true, &right);
         points[count++] = left;
-        if (left.value != right.value || memcmp(left.color, right.color, sizeof left.color) != 0)
+        if (left.value != right.value || left.color[0] != right.color[0] || left.color[1] != right.color[1] ||
+            left.color[2] != right.color[2])
             points[count++] = right;
     }
     vit_free(transfer->points);
@@ -364,6 +365,7 @@ bool vit_foreign_finish(struct vit_import *import, struct vit_foreign *foreign)
     curve_finish(import, foreign, "opacity", &foreign->opacity, -X_MAX);
     curve_finish(import, foreign, "colour", &foreign->color, -X_MAX);
     curve_finish(import, foreign, "gradient opacity", &foreign->gradient, 0);
+    /* A list of pointers it is. NOLINTNEXTLINE(bugprone-sizeof-expression) */
     struct vit_preset **presets = vit_realloc(import->out->presets, import->out->count + 1, sizeof *presets);
     if (!presets)
         return false;

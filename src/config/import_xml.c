@@ -52,7 +52,7 @@ static void put(struct reader *r, json_t *value)
 {
     json_t *to = r->open ? r->stack[r->open - 1] : NULL;
     bool good = value != NULL;
-    if (good && to && json_is_object(to))
+    if (good && json_is_object(to))
         good = json_object_set_new(to, r->key, value) == 0;
     else if (good && to)
         good = json_array_append_new(to, value) == 0;
@@ -106,9 +106,7 @@ static void XMLCALL on_end(void *user, const char *element)
     r->text[r->text_bytes] = '\0';
     if (!strcmp(element, "key"))
         snprintf(r->key, sizeof r->key, "%.127s", r->text);
-    else if (!strcmp(element, "real") || !strcmp(element, "integer"))
-        put(r, json_string(r->text));
-    else if (!strcmp(element, "string"))
+    else if (!strcmp(element, "real") || !strcmp(element, "integer") || !strcmp(element, "string"))
         put(r, json_string(r->text));
     else if (!strcmp(element, "true") || !strcmp(element, "false"))
         put(r, json_boolean(!strcmp(element, "true")));

@@ -266,9 +266,10 @@ std::vector<Part> split_part(Part whole)
 {
     std::vector<Part> parts = partition(whole, PHASE_ACQUISITION), told;
     if (acquisitions_interleave(whole.slices) && all_parts(parts, is_several)) {
-        for (Part &part : parts)
-            for (Part &piece : split_part(std::move(part)))
-                told.push_back(std::move(piece));
+        for (Part &part : parts) {
+            std::vector<Part> pieces = split_part(std::move(part));
+            std::move(pieces.begin(), pieces.end(), std::back_inserter(told));
+        }
         return told;
     }
     if (!is_single_valued(whole.slices)) {

@@ -20,7 +20,7 @@ peak() { # COMMAND... - its peak resident memory in MB, from the kernel
     "$@" >/dev/null &
     child=$!
     most=0
-    while now=$(sed -n 's/^VmHWM: *\([0-9]*\) kB/\1/p' "/proc/$child/status" 2>/dev/null) && [ -n "$now" ]; do
+    while now=$(sed -n 's/^VmHWM:[[:space:]]*\([0-9]*\) kB/\1/p' "/proc/$child/status" 2>/dev/null) && [ -n "$now" ]; do
         most=$now
         sleep 0.02
     done
