@@ -56,6 +56,7 @@ bool report_stage_plan(struct report_stage *stage, const struct report_setting *
     preset.sampling.filter = setting->filter;
     preset.sampling.texture_bits = setting->bits;
     preset.sampling.slices_per_voxel = setting->slices_per_voxel;
+    preset.sampling.line = setting->line ? setting->line : preset.sampling.line;
     struct vit_plan_request request = {.volume = stage->volume,
                                        .preset = &preset,
                                        .view = stage->view,
@@ -200,6 +201,8 @@ void report_setting_options(const struct report_setting *setting, char *text, si
                  "sampling.texture_bits=%d --set sampling.filter=%s",
                  vit_path_name(setting->path ? setting->path : VIT_PATH_3D), vit_classify_name(setting->classify),
                  setting->slices_per_voxel, setting->bits, vit_filter_name(setting->filter));
+    if (setting->line && used >= 0 && (size_t)used < bytes)
+        used += snprintf(text + used, bytes - (size_t)used, " --set sampling.line=%s", vit_line_name(setting->line));
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(setting->limits) && setting->limits[i]; i++)
         if (used >= 0 && (size_t)used < bytes)
             used += snprintf(text + used, bytes - (size_t)used, " --gl-limit %s", setting->limits[i]);

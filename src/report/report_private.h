@@ -131,6 +131,7 @@ struct report_setting {
     double slices_per_voxel;
     const char *limits[2]; /* of the driver, to be lowered: NAME=VALUE; NULL: none */
     enum vit_path path;    /* 0: 3D */
+    enum vit_line line;    /* 0: the preset's */
 };
 struct report_setting report_setting_make(enum vit_classify classify, enum vit_filter filter, int bits,
                                           double slices_per_voxel);
@@ -186,6 +187,7 @@ struct report_floors {
         char view[40];
         double floor_rms[REPORT_FLOOR_RATES], floor_max[REPORT_FLOOR_RATES];
         double ours_rms[REPORT_FLOOR_RATES], ours_max[REPORT_FLOOR_RATES];
+        double fitted_rms[REPORT_FLOOR_RATES], fitted_max[REPORT_FLOOR_RATES];
     } views[REPORT_FLOOR_VIEWS];
     double worst;       /* greatest of ours_rms / floor_rms, where the floor is not next to nothing */
     double worst_exact; /* greatest of ours_rms where it is */

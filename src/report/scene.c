@@ -93,12 +93,15 @@ static bool measure_line(struct scene *scene, struct report_setting setting, enu
     char case_name[64];
     report_view_name(&scene->stage.view, case_name, sizeof case_name);
     *line = (struct line){.dashed = setting.bits == 8, .color = color};
-    const char *more = target ? vit_target_name(target) : setting.path ? vit_path_name(setting.path) : "";
+    const char *more = target         ? vit_target_name(target)
+                       : setting.path ? vit_path_name(setting.path)
+                       : setting.line ? vit_line_name(setting.line)
+                                      : "";
     snprintf(line->name, sizeof line->name, "%s %d-bit %s%s%s", vit_classify_name(setting.classify), setting.bits,
              vit_filter_name(setting.filter), *more ? " " : "", more);
     for (size_t i = 0; i < scene->rate_count; i++) {
         if (!vit_progress_step(scene->report.progress, task, scene->line_count * scene->rate_count + i,
-                               15 * scene->rate_count)) {
+                               16 * scene->rate_count)) {
             vit_error(scene->report.log, "report scene: cancelled");
             return false;
         }
@@ -124,13 +127,16 @@ static bool measure_settings(struct scene *scene)
                     !measure_line(scene, setting, VIT_TARGET_UNKNOWN, color))
                     return false;
             }
-    struct report_setting half = report_setting_make(VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, 16, 1), stacks = half;
+    struct report_setting half = report_setting_make(VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, 16, 1), stacks = half,
+                          chord = half;
+    chord.line = VIT_LINE_CHORD;
     stacks.path = VIT_PATH_STACKS;
     half.limits[0] = "float_blend=0";
     struct report_setting bytes = half;
     bytes.limits[1] = "color_buffer_half_float=0";
     return measure_line(scene, half, VIT_TARGET_RGBA16F, 7) && measure_line(scene, bytes, VIT_TARGET_RGBA8, 8) &&
-           measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8);
+           measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8) &&
+           (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 3));
 }
 
 static bool measure_reference(struct scene *scene)
