@@ -149,6 +149,7 @@ struct vit_plan {
     char path_why[160];
     struct vit_plan_stack stacks[3]; /* path stacks: the greatest share first; the slabs above are the first's */
     int stack_count;
+    uint64_t texture_limit; /* stacks that this picture does not need go before more than this is used; 0: none */
     enum vit_texel texel;
     bool texel_dither; /* classified 8-bit texels: rounding is spread over the voxels */
     /* the look-up table, where there is one (axis.entries > 0): slabs of thickness table_mm, over HU (one row) or

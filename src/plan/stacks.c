@@ -229,6 +229,7 @@ static bool cut_eye(const struct vit_plan *plan, const struct vit_log *log)
 static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     uint64_t limit = (uint64_t)request->caps.max_texture_mib << 20;
+    plan->texture_limit = limit;
     if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
         plan->stack_count = 1;
     plan->texture_bytes = 0;

@@ -197,12 +197,35 @@ static void set_filter(const struct vit_stack *stack, const struct vit_plan *pla
     }
 }
 
+/* Stacks of other views stay as long as there is room for them. */
+static void make_room(struct vit_stacks *stacks, const struct vit_plan *plan)
+{
+    uint64_t needed = 0, others = 0;
+    for (int i = 0; i < plan->stack_count; i++)
+        needed += plan->stacks[i].layout.bytes;
+    for (int pass = 0; pass < 2; pass++)
+        for (int axis = 0; axis < 3; axis++) {
+            bool drawn = false;
+            for (int i = 0; i < plan->stack_count; i++)
+                drawn = drawn || plan->stacks[i].axis == axis;
+            if (drawn)
+                continue;
+            if (pass == 0)
+                others += stacks->stack[axis].bytes;
+            else if (needed + others > plan->texture_limit && plan->texture_limit > 0) {
+                others -= stacks->stack[axis].bytes;
+                stack_clear(&stacks->stack[axis]);
+            }
+        }
+}
+
 bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
                         const struct vit_plan *plan, const struct vit_progress *progress)
 {
     uint64_t hash = vit_texels_hash(plan);
     struct vit_texels texels = {0};
     bool good = true;
+    make_room(stacks, plan);
     for (int i = 0; i < plan->stack_count && good; i++) {
         struct vit_stack *stack = &stacks->stack[plan->stacks[i].axis];
         good = allocate(gl, stack, plan, &plan->stacks[i].layout);

@@ -154,10 +154,34 @@ static void every_format_is_close_to_the_reference(void **state)
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
 }
 
+/* A stack of the block is 0.7 MiB: without a limit three views keep three, with 1 MiB the last view's only. */
+static void only_what_fits_is_kept(void **state)
+{
+    static const char *const views[] = {"anterior", "left", "superior"};
+    struct fixture *f = *state;
+    for (int limit = 0; limit < 2; limit++) {
+        struct vit_caps caps = without_3d(f);
+        uint64_t bytes[3];
+        caps.max_texture_mib = limit;
+        assert_true(fixture_load(f, "block"));
+        f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+        for (size_t v = 0; v < VIT_ARRAY_LENGTH(views); v++) {
+            struct vit_plan plan = fixture_plan(f, views[v], VIT_PROJECTION_ORTHO, 1, &caps);
+            assert_true(vit_renderer_prepare(f->renderer, &plan, NULL));
+            bytes[v] = vit_renderer_stats(f->renderer).texture_bytes;
+        }
+        print_message("# limit %d MiB: %.2f, %.2f, %.2f MiB after one, two, three views\n", limit,
+                      (double)bytes[0] / 1048576, (double)bytes[1] / 1048576, (double)bytes[2] / 1048576);
+        assert_true(limit ? bytes[2] == bytes[0] : bytes[2] > bytes[1] && bytes[1] > bytes[0]);
+    }
+    f->preset.sampling.classify = VIT_CLASSIFY_PRE;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(block_is_homogeneous_in_every_direction),
+        cmocka_unit_test(only_what_fits_is_kept),
         cmocka_unit_test(bricks_do_not_show),
         cmocka_unit_test(every_format_is_close_to_the_reference),
     };
