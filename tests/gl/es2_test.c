@@ -1,5 +1,7 @@
 /* A true OpenGL ES 2 context: what belongs to ES 3 is refused by us, as drivers keep it; every shader variant that the
  * plan can ask for there compiles. Mesa's overrides stand in for old hardware; other drivers skip. */
+#include "vitrine/render.h"
+
 #include <math.h>
 #include <setjmp.h>
 #include <stdlib.h>

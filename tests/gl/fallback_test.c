@@ -1,11 +1,11 @@
 /* Never a black screen: where auto chose the 3d path and an upload fails, the picture is drawn with stacks. */
+#include "app/app_private.h"
+
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
-
-#include "app/app_private.h"
 
 static void a_failed_upload_leads_to_stacks(void **state)
 {
