@@ -83,7 +83,8 @@ ver=$(basename "$K"/lib/modules/*); kernel=$K/vmlinux; [ -e "$kernel" ] || kerne
 if [ "$accel" = auto ]; then
   accel=tcg; [ -w /dev/kvm ] && grep -qwE 'vmx|svm' /proc/cpuinfo && accel=kvm
 fi
-case $accel in kvm) acc="-accel kvm -cpu host";; *) acc="-accel tcg,thread=multi,tb-size=512 -cpu max";; esac
+# Under emulation a processor without AVX: with `max`, QEMU 7.2 makes holes in what llvmpipe draws.
+case $accel in kvm) acc="-accel kvm -cpu host";; *) acc="-accel tcg,thread=multi,tb-size=512 -cpu Nehalem";; esac
 
 # ---- display
 w=${geo%x*} h=${geo#*x}
