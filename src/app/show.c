@@ -133,9 +133,10 @@ static bool frame(struct show *show)
         return true;
     int shrink = moving ? show->pace.shrink : 1;
     show->dirty = false;
-    show->rough = shrink > 1;
+    show->scene.moving = moving;
     if (!draw(show, shrink))
         return false;
+    show->rough = shrink > 1 || show->scene.plan.light.stays;
     if (moving)
         app_pace_take(&show->pace, show->drawer.stats.frame_ms);
     return present(show);

@@ -125,10 +125,130 @@ static void pictures_are_lit_as_the_model_says(void **state)
     assert_true(exact.rms < 1.0 / 255);
 }
 
+/* ---- properties ------------------------------------------------------------------------------------------------- */
+
+/* The same samples in another place. */
+static void move_volume(struct fixture *f, struct vit_mat4 motion)
+{
+    struct vit_volume_info info = *vit_volume_get_info(f->volume);
+    info.lps_mm_from_vox = vit_mat4_mul(motion, info.lps_mm_from_vox);
+    struct vit_volume *moved = vit_volume_create(&info, &f->log);
+    assert_non_null(moved);
+    memcpy(vit_volume_samples_mut(moved), vit_volume_samples(f->volume), vit_volume_info_bytes(&info));
+    assert_true(vit_volume_finish(moved, &f->log));
+    vit_renderer_destroy(&f->renderer);
+    vit_volume_destroy(&f->volume);
+    f->volume = moved;
+    f->renderer = vit_renderer_create(f->gl, f->volume);
+}
+
+static struct vit_frame draw_from(struct fixture *f, const char *direction)
+{
+    struct vit_plan plan = fixture_plan(f, direction, VIT_PROJECTION_ORTHO, 1.0, NULL);
+    return fixture_draw(f, &plan);
+}
+
+/* The light is in eye space, so it goes with the camera. Directions are quantised in patient space: not to the bit. */
+static void a_light_that_turns_with_the_volume_does_not_show(void **state)
+{
+    struct fixture *f = *state;
+    assert_true(fixture_load(f, "head"));
+    light_scene(f, BOUNDED);
+    f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    f->preset.shading.lookup = VIT_LIGHT_RESHADE;
+    struct vit_frame before = draw_from(f, "20,0");
+    double c = cos(0.7), s = sin(0.7); /* azimuth turns the camera from anterior (-y) toward the left (+x) */
+    struct vit_mat4 turn = {{{c, -s, 0, 0}, {s, c, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
+    char view[40];
+    snprintf(view, sizeof view, "%.12g,0", 20 + 0.7 * 180 / M_PI);
+    move_volume(f, turn);
+    struct vit_frame after = draw_from(f, view);
+    struct outcome turned = difference(&before, &after);
+    print_message("# turned by 40 degrees: max %.2e rms %.2e\n", turned.max, turned.rms);
+    assert_true(turned.rms < 1.5e-3);
+    vit_frame_clear(&before);
+    vit_frame_clear(&after);
+}
+
+static void a_mirrored_volume_gives_the_mirrored_picture(void **state)
+{
+    struct fixture *f = *state;
+    assert_true(fixture_load(f, "head"));
+    light_scene(f, GREY);
+    f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    f->preset.shading.lookup = VIT_LIGHT_RESHADE;
+    struct vit_frame before = draw_from(f, "0,0");
+    move_volume(f, vit_mat4_scale(-1, 1, 1));
+    f->preset.shading.lights[0].direction[0] *= -1;
+    struct vit_frame after = draw_from(f, "0,0");
+    size_t width = (size_t)after.width_px;
+    for (size_t row = 0; row < (size_t)after.height_px; row++)
+        for (size_t i = 0; i < width / 2; i++)
+            for (size_t ch = 0; ch < 4; ch++) {
+                float *a = &after.rgba[(row * width + i) * 4 + ch],
+                      *b = &after.rgba[(row * width + width - 1 - i) * 4 + ch];
+                float swap = *a;
+                *a = *b;
+                *b = swap;
+            }
+    struct outcome mirrored = difference(&before, &after);
+    print_message("# mirrored: max %.2e rms %.2e\n", mirrored.max, mirrored.rms);
+    assert_true(mirrored.rms < 2e-4);
+    vit_frame_clear(&before);
+    vit_frame_clear(&after);
+}
+
+/* Blinn's highlight is brightest where the normal is halfway between light and eye. */
+static void a_spheres_highlight_is_where_the_formula_says(void **state)
+{
+    static struct vit_transfer_point opaque[] = {{-500, {0, 0, 0}, 0}, {-500, {0, 0, 0}, 1}};
+    static const double lights[][3] = {{0, 0, 1}, {0.6, 0.3, 1}, {-0.5, 0.9, 0.7}};
+    struct fixture *f = *state;
+    assert_true(fixture_load(f, "sphere"));
+    double worst = 0;
+    for (size_t l = 0; l < VIT_ARRAY_LENGTH(lights); l++) {
+        light_scene(f, GREY);
+        f->preset.transfer.points = opaque;
+        f->preset.transfer.count = VIT_ARRAY_LENGTH(opaque);
+        f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+        memcpy(f->preset.shading.lights[0].direction, lights[l], sizeof lights[l]);
+        f->preset.shading.ambient = f->preset.shading.diffuse = 0;
+        f->preset.shading.specular = 1;
+        f->preset.shading.power = 60;
+        struct vit_plan plan = fixture_plan(f, "anterior", VIT_PROJECTION_ORTHO, 2.0, NULL);
+        struct vit_frame frame = fixture_draw(f, &plan);
+        double sum = 0, x = 0, y = 0, radius = 0;
+        for (int row = 0; row < frame.height_px; row++)
+            for (int column = 0; column < frame.width_px; column++) {
+                const float *p = frame.rgba + ((size_t)row * (size_t)frame.width_px + (size_t)column) * 4;
+                double w = pow(p[0], 4), dx = column - (frame.width_px - 1) / 2.0,
+                       dy = (frame.height_px - 1) / 2.0 - row;
+                sum += w;
+                x += w * dx;
+                y += w * dy;
+                radius += p[3]; /* its shadow's area, of opacity 1 inside */
+            }
+        radius = sqrt(radius / M_PI);
+        const double *d = lights[l];
+        double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        double h[3] = {d[0] / length, d[1] / length, d[2] / length + 1};
+        double half = sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
+        double away = hypot(x / sum / radius - h[0] / half, y / sum / radius - h[1] / half);
+        print_message("# highlight %zu: at (%.3f, %.3f) of the radius, %.3f from (%.3f, %.3f)\n", l, x / sum / radius,
+                      y / sum / radius, away, h[0] / half, h[1] / half);
+        worst = fmax(worst, away);
+        vit_frame_clear(&frame);
+    }
+    assert_true(worst < 0.03); /* 1.7 degrees: the quantiser's 1.0 and a quarter of a pixel */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_lit_as_the_model_says),
+        cmocka_unit_test(a_light_that_turns_with_the_volume_does_not_show),
+        cmocka_unit_test(a_mirrored_volume_gives_the_mirrored_picture),
+        cmocka_unit_test(a_spheres_highlight_is_where_the_formula_says),
     };
     return cmocka_run_group_tests_name("light", tests, fixture_setup, fixture_teardown);
 }

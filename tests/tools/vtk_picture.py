@@ -4,9 +4,8 @@
 Reads a NIfTI file (made by dcm2niix from the DICOM folder, so that neither the DICOM reading nor the orientation is
 ours) and places it by its qform, or an axis-aligned NRRD; ray-casts it on the CPU, or the GPU with --gpu, orthographic,
 with Vitrine's camera; without shading, or with --shade with the preset's ambient, diffuse, specular and power and the
-light at the eye (give ours `--set shading.light=[0,0,1]` then). VTK has no boundaries; it interpolates normals and not
-colours (GPU), or looks a quantised normal's shade up per sample (CPU), lights both sides always, and its shine is
-(R.V)^power on the CPU.
+light at the eye (give ours `--set shading.light=[0,0,1]` then). VTK has no boundaries, and its light model
+is its own: for looking at, not for numbers.
 Needs Debian's python3-vtk9 python3-numpy python3-yaml xvfb dcm2niix:
 
   dcm2niix -z n -f volume -o /tmp/x FOLDER
