@@ -95,6 +95,7 @@ static bool warm_up(struct show *show)
     struct vit_view corner = show->view;
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
+    show->scene.moving = false; /* the light is this preset's, not the last one's */
     for (int i = 0; i < 2; i++)
         if (!draw(show, SHRINK_PROBE))
             return false;
