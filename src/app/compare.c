@@ -85,6 +85,14 @@ static enum vit_exit compare_frames(struct app *app, const struct vit_frame *a, 
     return status != VIT_EXIT_DONE ? status : verdict.different ? VIT_EXIT_DIFFERENT : VIT_EXIT_DONE;
 }
 
+/* A PNG holds light from 0 to 1, so beside one a float picture counts only as far. */
+static void clamp(struct vit_frame *frame)
+{
+    size_t count = (size_t)frame->width_px * (size_t)frame->height_px * 4;
+    for (size_t i = 0; i < count; i++)
+        frame->rgba[i] = frame->rgba[i] > 1 ? 1 : frame->rgba[i] < 0 ? 0 : frame->rgba[i]; /* NaN stays */
+}
+
 enum vit_exit app_compare(struct app *app)
 {
     struct vit_frame a = {0}, b = {0};
@@ -94,8 +102,13 @@ enum vit_exit app_compare(struct app *app)
         return VIT_EXIT_USAGE;
     }
     if (vit_image_read(app->settings->inputs[0], &a, &app->log) &&
-        vit_image_read(app->settings->inputs[1], &b, &app->log))
+        vit_image_read(app->settings->inputs[1], &b, &app->log)) {
+        if (app_has_suffix(app->settings->inputs[1], ".png"))
+            clamp(&a);
+        if (app_has_suffix(app->settings->inputs[0], ".png"))
+            clamp(&b);
         status = compare_frames(app, &a, &b);
+    }
     vit_frame_clear(&a);
     vit_frame_clear(&b);
     return status;
