@@ -13,7 +13,7 @@ struct vit_gl {
     EGLContext context;
     bool borrowed; /* the display is somebody else's to end */
     struct vit_caps caps;
-    bool refused;  /* an entry point of ES 3 in an ES 2 context */
+    bool refused;   /* an entry point of ES 3 in an ES 2 context */
     char said[256]; /* what KHR_debug said of the last GL error */
 };
 

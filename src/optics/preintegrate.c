@@ -138,7 +138,7 @@ static void build_row(struct row *row, const double *hu, int entries, int front,
     integrate_row(row, true);
     store(row, rgba + ((ptrdiff_t)front + 1) * 4, 4);
     row->count = (size_t)front;
-    row->hu = hu + 2 * entries - front;
+    row->hu = hu + ((ptrdiff_t)2 * entries - front);
     integrate_row(row, false);
     store(row, rgba + ((ptrdiff_t)front - 1) * 4, -4);
     store_slab(row->transfer, hu[front], hu[front], row->thickness_mm, rgba + (ptrdiff_t)front * 4);

@@ -185,7 +185,8 @@ static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, in
         layout->tiles_per_texture = layout->tiles;
     } else {
         size_t shared = layout->span == 1; /* the last tile of a texture is the first of the next */
-        layout->bricks[axis] = divide_up(layout->tiles - shared, fit - shared);
+        size_t apart = fit > shared ? fit - shared : 1;
+        layout->bricks[axis] = divide_up(layout->tiles - shared, apart);
         layout->tiles_per_texture = divide_up(layout->tiles - shared, layout->bricks[axis]) + shared;
     }
     choose_grid(layout, side, caps->texture_npot);

@@ -9,8 +9,8 @@ enum { BRICK_VOXELS = VIT_BRICK * VIT_BRICK * VIT_BRICK };
 
 static void put_voxel(const struct ref_lights *lights, const struct vit_voxel_light *light, float *out)
 {
-    int colors = lights->channels == 4 ? 1 : 3;
-    for (int c = 0; c < colors; c++) {
+    ptrdiff_t colors = lights->channels == 4 ? 1 : 3;
+    for (ptrdiff_t c = 0; c < colors; c++) {
         out[c] = light->sure * light->body[c];
         out[colors + c] = light->sure * light->shine[c];
     }
@@ -107,10 +107,10 @@ const float *ref_lights_at(const struct ref_lights *lights, ptrdiff_t i, ptrdiff
 
 void ref_lights_spread(const struct ref_lights *lights, const double *channel, double spread[REF_LIGHT_MOST])
 {
-    int colors = lights->channels == 4 ? 1 : 3;
+    ptrdiff_t colors = lights->channels == 4 ? 1 : 3;
     double sure = channel[2 * colors + 1], share = sure > 1e-9 ? 1 / sure : 0;
     for (int c = 0; c < 3; c++) {
-        int from = colors == 1 ? 0 : c;
+        ptrdiff_t from = colors == 1 ? 0 : c;
         spread[c] = share > 0 ? share * channel[from] : lights->ambient;
         spread[3 + c] = share * channel[colors + from];
     }
@@ -146,7 +146,7 @@ void ref_lights_here(const struct ref_walk *walk, double at, double spread[REF_L
 
 void ref_lit_at(const struct ref_lit *lit, double u, double spread[REF_LIGHT_MOST])
 {
-    double channel[REF_CHANNEL_MOST];
+    double channel[REF_CHANNEL_MOST] = {0};
     for (int c = 0; c < lit->lights->channels; c++)
         channel[c] = ref_cubic_at(&lit->channel[c], u);
     ref_lights_spread(lit->lights, channel, spread);

@@ -75,7 +75,7 @@ static void add_post(struct ref_light *light, const struct ref_walk *walk, doubl
 static void texel_at(const struct vit_reference *r, ptrdiff_t place, double rgba[4])
 {
     const ptrdiff_t *n = r->n;
-    double channel[REF_CHANNEL_MOST], light[REF_LIGHT_MOST];
+    double channel[REF_CHANNEL_MOST] = {0}, light[REF_LIGHT_MOST];
     memcpy(rgba, r->texel[ref_raw(r, place) - r->raw_min], 4 * sizeof *rgba);
     if (r->lights.channels == 0 || !r->plan->light.in_texels)
         return;

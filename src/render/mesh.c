@@ -5,7 +5,7 @@
 #include "render_private.h"
 #include "vitrine/proxy.h"
 
-#define OUTLINE_VERTICES (3 * (VIT_PROXY_OUTLINE_MAX - 2))
+#define OUTLINE_VERTICES ((size_t)3 * (VIT_PROXY_OUTLINE_MAX - 2))
 
 static size_t pass_count(const struct vit_plan *plan, int slab_count)
 {

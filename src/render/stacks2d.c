@@ -101,10 +101,18 @@ static void stack_clear(struct vit_stack *stack)
     *stack = (struct vit_stack){0};
 }
 
+static bool same_layout(const struct vit_stack_layout *a, const struct vit_stack_layout *b)
+{
+    return a->axis == b->axis && a->span == b->span && a->step == b->step && a->tiles == b->tiles &&
+           a->tiles_per_texture == b->tiles_per_texture && memcmp(a->bricks, b->bricks, sizeof a->bricks) == 0 &&
+           a->tile_width == b->tile_width && a->tile_height == b->tile_height && a->columns == b->columns &&
+           a->rows == b->rows && a->width == b->width && a->height == b->height;
+}
+
 static bool allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
                      const struct vit_stack_layout *layout)
 {
-    if (stack->textures && stack->texel == plan->texel && !memcmp(&stack->layout, layout, sizeof *layout))
+    if (stack->textures && stack->texel == plan->texel && same_layout(&stack->layout, layout))
         return true;
     stack_clear(stack);
     size_t count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];

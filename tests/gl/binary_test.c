@@ -104,10 +104,10 @@ static void what_is_broken_is_made_again(void **state)
         else if (damage == 4)
             assert_int_equal(ftruncate(fileno(file), 0), 0);
         else {
-            fseek(file, damage == 2 ? 9 : status.st_size / 2, SEEK_SET);
+            assert_int_equal(fseek(file, damage == 2 ? 9 : status.st_size / 2, SEEK_SET), 0);
             int byte = fgetc(file);
-            fseek(file, -1, SEEK_CUR);
-            fputc(byte ^ 0x40, file);
+            assert_int_equal(fseek(file, -1, SEEK_CUR), 0);
+            assert_int_equal(fputc(byte ^ 0x40, file), byte ^ 0x40);
         }
         fclose(file);
         struct seen again = make(folder);
