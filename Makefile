@@ -214,20 +214,23 @@ headers: $(GEN_SRC) ## every header compiles alone: C11, and C++17 where it is m
 include-rules: ## who may include whom (ARCHITECTURE: modules), and what may stand where
 	@tests/run.sh $(RULES_RUN)
 lint: lint-stamps ## clang-format, clang-tidy, cppcheck, shellcheck
-	@$(RUN) $(LINT_RUN)
+	@$(RUN) $(call lint_run,$(LINT_SRC))
 
 RULES_RUN := tests/tools/include-rules.sh tests/tools/include-rules-test.sh
 HEADER_RUN = HEADER_CC=$(CC) HEADER_CXX=$(CXX) 'HEADER_CPPFLAGS=$(VIT_CPPFLAGS)' tests/tools/headers.sh
-LINT_RUN = TEST_TIMEOUT=300 LINT_DIR=$(BUILD)/lint 'LINT_FILES=$(LINT_SRC) $(LINT_HEADERS)' 'LINT_SCRIPTS=$(SCRIPTS)' tests/tools/lint.sh
+lint_run = TEST_TIMEOUT=300 LINT_DIR=$(BUILD)/lint 'LINT_FILES=$(LINT_SRC) $(LINT_HEADERS)' 'LINT_TIDY=$1' \
+    'LINT_SCRIPTS=$(SCRIPTS)' tests/tools/lint.sh
 
 # One stamp per source and tool, so that they run in parallel and only for what changed. A stamp with text in it is a
 # finding: it is shown by tests/tools/lint.sh, and taken away so that the next run looks again.
 LINT_SRC := $(C_SRC) $(CC_SRC) $(TEST_SRC)
 LINT_HEADERS := $(HEADERS) $(TEST_HEADERS)
 SCRIPTS := .ci/run $(sort $(wildcard packaging/*.sh tests/*.sh tests/*/*.sh tests/*/*/*.sh))
+# Of the tests' own sources clang-tidy reads in `lint` and `check-full` only.
 TIDY_STAMPS := $(patsubst %,$(BUILD)/lint/%.tidy,$(LINT_SRC))
-.PHONY: lint-stamps
+.PHONY: lint-stamps lint-stamps-src
 lint-stamps: $(TIDY_STAMPS) $(BUILD)/lint/cppcheck
+lint-stamps-src: $(filter $(BUILD)/lint/src/%,$(TIDY_STAMPS)) $(BUILD)/lint/cppcheck
 $(BUILD)/lint/%.tidy: % .clang-tidy tests/.clang-tidy $(HEADERS) $(TEST_HEADERS) | $(GEN_SRC)
 	@mkdir -p $(@D)
 	$(call say,TIDY,$<)
@@ -244,10 +247,15 @@ $(BUILD)/lint/cppcheck: $(LINT_SRC) $(LINT_HEADERS) tests/tools/cppcheck.supp
 .PHONY: asan clang fuzz fuzz-bins tests-bins
 tests-bins: $(BIN) $(UNIT_BIN) $(GL_BIN) $(KMS_BIN)
 ASAN_O := $(BUILD)/asan
-ASAN_RUN = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
-    $(patsubst $(O)/%,$(ASAN_O)/%,$(UNIT_BIN) $(GL_BIN)) $(GOLDEN) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=120 VITRINE=$(BIN)
+# Under a sanitizer these take minutes: `check` leaves them to `check-full`.
+ASAN_LONG := $(addprefix $(O)/tests/gl/,ideal_test light_test rules_test stacks_test) \
+    $(addprefix tests/golden/,report.sh report_stiff.sh snapshot.sh stacks.sh)
+asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
+    $(patsubst $(O)/%,$(ASAN_O)/%,$1) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=120 VITRINE=$(BIN)
+ASAN_RUN = $(call asan_run,$(filter-out $(ASAN_LONG),$(UNIT_BIN) $(GL_BIN) $(GOLDEN)))
+ASAN_LONG_RUN = $(call asan_run,$(filter $(ASAN_LONG),$(GL_BIN) $(GOLDEN)))
 asan: asan-bins ## the whole suite under AddressSanitizer and UBSan
-	@tests/run.sh $(ASAN_RUN)
+	@tests/run.sh $(ASAN_RUN) $(ASAN_LONG_RUN)
 clang: clang-bins ## everything built by the second compiler, and the unit tests run
 	@tests/run.sh $(CLANG_RUN)
 CLANG_O := $(BUILD)/clang/debug
@@ -268,13 +276,14 @@ fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECO
 
 .PHONY: check check-full check-bins
 # WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
-CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(LINT_RUN) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
+CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(call lint_run,$(C_SRC) $(CC_SRC)) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
     $(KMS_RUN) $(CLANG_RUN) $(ASAN_RUN)
 check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
 	+@$(MAKE) WERROR=1 check-bins
 	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
-check-bins: tests-bins $(KMS_LIB) asan-bins clang-bins fuzz-build lint-stamps $(BENCH_BIN)
-check-full: check ## check, then the long ones: fuzzing for a while, tests/golden/full
+check-bins: tests-bins $(KMS_LIB) asan-bins clang-bins fuzz-build lint-stamps-src $(BENCH_BIN)
+check-full: check lint ## check, then the long ones: screens, sanitizers, fuzzing for a while, tests/golden/full
+	@$(RUN) $(ASAN_LONG_RUN)
 	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=900 TEST_TIMEOUT=10000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
 
