@@ -248,7 +248,7 @@ $(BUILD)/lint/cppcheck: $(LINT_SRC) $(LINT_HEADERS) tests/tools/cppcheck.supp
 tests-bins: $(BIN) $(UNIT_BIN) $(GL_BIN) $(KMS_BIN)
 ASAN_O := $(BUILD)/asan
 # Under a sanitizer these take minutes: `check` leaves them to `check-full`.
-ASAN_LONG := $(addprefix $(O)/tests/gl/,ideal_test light_test rules_test stacks_test) \
+ASAN_LONG := $(addprefix $(O)/tests/gl/,frames_test ideal_test light_test rules_test stacks_test) \
     $(addprefix tests/golden/,report.sh report_stiff.sh snapshot.sh stacks.sh)
 asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
     $(patsubst $(O)/%,$(ASAN_O)/%,$1) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=120 VITRINE=$(BIN)
@@ -277,13 +277,13 @@ fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECO
 .PHONY: check check-full check-bins
 # WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
 CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(call lint_run,$(C_SRC) $(CC_SRC)) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
-    $(KMS_RUN) $(CLANG_RUN) $(ASAN_RUN)
+    $(KMS_RUN) $(ASAN_RUN)
 check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
 	+@$(MAKE) WERROR=1 check-bins
 	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
 check-bins: tests-bins $(KMS_LIB) asan-bins clang-bins fuzz-build lint-stamps-src $(BENCH_BIN)
 check-full: check lint ## check, then the long ones: screens, sanitizers, fuzzing for a while, tests/golden/full
-	@$(RUN) $(ASAN_LONG_RUN)
+	@$(RUN) $(CLANG_RUN) $(ASAN_LONG_RUN)
 	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=900 TEST_TIMEOUT=10000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))
 
