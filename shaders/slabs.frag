@@ -138,7 +138,8 @@ void main()
 #define DEPTH(i) min(max(pass_mm - (i) * step_mm, far_mm), near_mm)
 #ifdef VIT_FITTED
     // Whether the faces before and behind face i lie on the ray's part in the box.
-    vec2 inner_mm = vec2(far_mm + 0.999 * slab_mm, near_mm - 0.999 * slab_mm);
+    const float inner = 1.0 - VIT_FITTED_SLACK;
+    vec2 inner_mm = vec2(far_mm + inner * slab_mm, near_mm - inner * slab_mm);
 #define INNER(i) (pass_mm - (i) * step_mm >= inner_mm.x && pass_mm - (i) * step_mm <= inner_mm.y)
 #endif
     float front_mm = DEPTH(at);

@@ -21,7 +21,7 @@ static void read_connector(struct vit_display_connector *out, const drmModeConne
     }
 }
 
-static uint64_t plane_type(int fd, uint32_t plane)
+uint64_t vit_plane_type(int fd, uint32_t plane)
 {
     uint64_t type = DRM_PLANE_TYPE_OVERLAY;
     drmModeObjectProperties *list = drmModeObjectGetProperties(fd, plane, DRM_MODE_OBJECT_PLANE);
@@ -40,7 +40,7 @@ static void read_planes(struct vit_display_card *card, int fd)
     drmSetClientCap(fd, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1);
     drmModePlaneRes *planes = drmModeGetPlaneResources(fd);
     for (uint32_t i = 0; planes && i < planes->count_planes; i++) {
-        uint64_t type = plane_type(fd, planes->planes[i]);
+        uint64_t type = vit_plane_type(fd, planes->planes[i]);
         card->primary_planes += type == DRM_PLANE_TYPE_PRIMARY;
         card->cursor_planes += type == DRM_PLANE_TYPE_CURSOR;
         card->overlay_planes += type == DRM_PLANE_TYPE_OVERLAY;

@@ -60,6 +60,9 @@ int vit_commit_show(struct vit_commit *commit, uint32_t framebuffer, bool set_mo
 void vit_commit_restore(const struct vit_commit *commit);
 void vit_commit_clear(struct vit_commit *commit);
 
+/* cards.c: DRM_PLANE_TYPE_…; overlay where the driver does not say. */
+uint64_t vit_plane_type(int fd, uint32_t plane);
+
 /* display.c: why drmSetMaster() failed, and what to do. */
 const char *vit_master_problem(int error);
 

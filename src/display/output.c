@@ -109,20 +109,6 @@ static bool crtc_find(struct vit_output *output, int fd, const drmModeRes *resou
     return output->crtc;
 }
 
-static bool plane_is_primary(int fd, uint32_t plane)
-{
-    bool primary = false;
-    drmModeObjectProperties *list = drmModeObjectGetProperties(fd, plane, DRM_MODE_OBJECT_PLANE);
-    for (uint32_t i = 0; list && i < list->count_props; i++) {
-        drmModePropertyRes *property = drmModeGetProperty(fd, list->props[i]);
-        if (property && strcmp(property->name, "type") == 0)
-            primary = list->prop_values[i] == DRM_PLANE_TYPE_PRIMARY;
-        drmModeFreeProperty(property);
-    }
-    drmModeFreeObjectProperties(list);
-    return primary;
-}
-
 /* The CRTC's primary plane: 0 if the driver does not show them. */
 static uint32_t plane_find(int fd, int crtc_index)
 {
@@ -132,7 +118,8 @@ static uint32_t plane_find(int fd, int crtc_index)
     drmModePlaneRes *planes = drmModeGetPlaneResources(fd);
     for (uint32_t i = 0; planes && i < planes->count_planes && !found; i++) {
         drmModePlane *plane = drmModeGetPlane(fd, planes->planes[i]);
-        if (plane && plane->possible_crtcs >> crtc_index & 1 && plane_is_primary(fd, plane->plane_id))
+        if (plane && plane->possible_crtcs >> crtc_index & 1 &&
+            vit_plane_type(fd, plane->plane_id) == DRM_PLANE_TYPE_PRIMARY)
             found = plane->plane_id;
         drmModeFreePlane(plane);
     }

@@ -113,7 +113,7 @@ static uint64_t bytes_per_voxel(unsigned features)
     return features & (VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_SMOOTH)) ? 4 : 2;
 }
 
-static void leave_parts_out(struct vit_plan *plan, const struct vit_plan_request *request)
+static void leave_parts_out(struct vit_plan *plan)
 {
     const struct vit_light_model *model = &plan->light.model;
     if (model->boundary_count == 0 && model->gradient_opacity_count == 0)
@@ -124,7 +124,6 @@ static void leave_parts_out(struct vit_plan *plan, const struct vit_plan_request
     if (plan->light.stays)
         vit_plan_leave_out(plan, 0, "light of this view",
                            "the view moves and shading.lazy is on: the last light stays");
-    (void)request;
 }
 
 void vit_plan_leave_light_to_3d(struct vit_plan *plan)
@@ -142,7 +141,7 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
     if (!light->on)
         return;
     light->stays = request->moving && request->preset->shading.lazy && light->lookup == VIT_LIGHT_RESHADE;
-    leave_parts_out(plan, request);
+    leave_parts_out(plan);
     if (light->in_texels) {
         plan->features |= light->gain > 1 ? VIT_FEATURE(LIGHT_GAIN) : 0;
         return;

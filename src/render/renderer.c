@@ -75,11 +75,12 @@ static bool prepare_program(struct vit_renderer *renderer, struct vit_program *p
         VIT_FEATURES(FEATURE_NAME)
 #undef FEATURE_NAME
     };
-    char per_pass[32], axis_groups[32];
+    char per_pass[32], axis_groups[32], fitted_slack[32];
+    snprintf(fitted_slack, sizeof fitted_slack, "VIT_FITTED_SLACK %.6f", VIT_PLAN_FITTED_SLACK);
     snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
     snprintf(axis_groups, sizeof axis_groups, "VIT_AXIS_GROUPS %d", groups);
-    const char *defines[VIT_FEATURE_BIT_COUNT + 4] = {per_pass, "VIT_TEXELS 1"};
-    size_t count = 2;
+    const char *defines[VIT_FEATURE_BIT_COUNT + 5] = {per_pass, "VIT_TEXELS 1", fitted_slack};
+    size_t count = 3;
     if (groups > 0)
         defines[count++] = axis_groups;
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
