@@ -90,16 +90,6 @@ static GLuint make_texture(struct vit_gl *gl, GLenum target, const char *what)
     return texture;
 }
 
-static void set_filter(GLenum target, bool linear)
-{
-    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, linear ? GL_LINEAR : GL_NEAREST);
-    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, linear ? GL_LINEAR : GL_NEAREST);
-    glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    if (target == GL_TEXTURE_3D)
-        glTexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-}
-
 static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_format, bool linear,
                         const struct vit_plan *plan)
 {
@@ -107,7 +97,7 @@ static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_form
     if (!*texture)
         return false;
     vit_gl_es3_storage_3d(gl, internal_format, plan->n);
-    set_filter(GL_TEXTURE_3D, linear);
+    vit_texture_filter(GL_TEXTURE_3D, linear);
     char where[128];
     snprintf(where, sizeof where, "light texture of %zu x %zu x %zu (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],
              (double)plan->light.bytes / 1048576);
@@ -141,7 +131,7 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
         light->second = make_texture(gl, GL_TEXTURE_2D, "table of directions");
         if (light->second)
             vit_gl_es3_storage_2d(gl, shade->grey ? GL_RG32F : GL_RGBA32F, TABLE_WIDTH, (GLsizei)height);
-        set_filter(GL_TEXTURE_2D, false);
+        vit_texture_filter(GL_TEXTURE_2D, false);
     }
     if (light->second)
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, (GLsizei)height, layout, GL_FLOAT, texels);
@@ -197,7 +187,7 @@ bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const str
     light->bytes = plan->light.bytes;
     for (int i = 0; i < 2 && !index; i++) {
         glBindTexture(GL_TEXTURE_3D, i ? light->second : light->texture);
-        set_filter(GL_TEXTURE_3D, linear);
+        vit_texture_filter(GL_TEXTURE_3D, linear);
     }
     if (light->made_from == shade->table_from || (light->made_from && plan->light.stays))
         return true;

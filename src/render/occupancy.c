@@ -14,11 +14,7 @@ static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const si
     vit_gl_es3_storage_3d(gl, GL_R8, n);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     vit_gl_es3_pixels_3d(gl, origin, n, GL_RED, GL_UNSIGNED_BYTE, cells);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+    vit_texture_filter(GL_TEXTURE_3D, false);
     return vit_gl_check(gl, "empty-space texture");
 }
 

@@ -70,6 +70,14 @@ void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t cou
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
 void vit_shade_clear(struct vit_shade *shade);
 
+/* upload.c: filter, and rims clamped, of the texture bound to `target`. */
+void vit_texture_filter(GLenum target, bool linear);
+
+static inline void vit_uniform_vec3(GLint location, struct vit_vec3 v)
+{
+    glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
+}
+
 /* upload.c: fills a 3D texture a batch of slices at a time. Room for a batch is kept where frames follow each other. */
 struct vit_staging {
     unsigned char *bytes;

@@ -167,11 +167,6 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     return true;
 }
 
-static void set_vec3(GLint location, struct vit_vec3 v)
-{
-    glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
-}
-
 /* The table's axis in units of texel values; segments beyond the last add nothing. */
 static void set_axis(const struct vit_renderer *renderer, const struct vit_program *program,
                      const struct vit_plan *plan)
@@ -211,20 +206,20 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     if (camera->perspective) {
         /* A ray's step per mm of depth away from the eye; its base is the eye. */
         pixel /= camera->eye_mm;
-        set_vec3(program->tex_origin, vit_vec3_scale(toward, -1));
-        set_vec3(program->tex_toward, vit_vec3_add(center, vit_vec3_scale(toward, camera->eye_mm)));
+        vit_uniform_vec3(program->tex_origin, vit_vec3_scale(toward, -1));
+        vit_uniform_vec3(program->tex_toward, vit_vec3_add(center, vit_vec3_scale(toward, camera->eye_mm)));
         glUniform1f(program->eye_mm, (float)camera->eye_mm);
         glUniform1f(program->px_per_eye, (float)pixel);
     } else {
-        set_vec3(program->tex_origin, center);
-        set_vec3(program->tex_toward, toward);
+        vit_uniform_vec3(program->tex_origin, center);
+        vit_uniform_vec3(program->tex_toward, toward);
     }
-    set_vec3(program->tex_from_x, vit_mat4_direction(tex_from_view, (struct vit_vec3){pixel, 0, 0}));
-    set_vec3(program->tex_from_y, vit_mat4_direction(tex_from_view, (struct vit_vec3){0, pixel, 0}));
-    set_vec3(program->box_low, (struct vit_vec3){plan->clip_low[0], plan->clip_low[1], plan->clip_low[2]});
-    set_vec3(program->box_high, (struct vit_vec3){plan->clip_high[0], plan->clip_high[1], plan->clip_high[2]});
-    set_vec3(program->draw_low, (struct vit_vec3){plan->draw_low[0], plan->draw_low[1], plan->draw_low[2]});
-    set_vec3(program->draw_high, (struct vit_vec3){plan->draw_high[0], plan->draw_high[1], plan->draw_high[2]});
+    vit_uniform_vec3(program->tex_from_x, vit_mat4_direction(tex_from_view, (struct vit_vec3){pixel, 0, 0}));
+    vit_uniform_vec3(program->tex_from_y, vit_mat4_direction(tex_from_view, (struct vit_vec3){0, pixel, 0}));
+    vit_uniform_vec3(program->box_low, (struct vit_vec3){plan->clip_low[0], plan->clip_low[1], plan->clip_low[2]});
+    vit_uniform_vec3(program->box_high, (struct vit_vec3){plan->clip_high[0], plan->clip_high[1], plan->clip_high[2]});
+    vit_uniform_vec3(program->draw_low, (struct vit_vec3){plan->draw_low[0], plan->draw_low[1], plan->draw_low[2]});
+    vit_uniform_vec3(program->draw_high, (struct vit_vec3){plan->draw_high[0], plan->draw_high[1], plan->draw_high[2]});
     glUniform1f(program->clear_enough, (float)plan->clear_enough);
     glUniform2f(program->clip_from_px, 2.0f / (float)camera->width_px, 2.0f / (float)camera->height_px);
     glUniform2f(program->middle_px, 0.5f * (float)camera->width_px, 0.5f * (float)camera->height_px);

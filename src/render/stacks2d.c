@@ -116,9 +116,10 @@ static bool allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vi
         return true;
     stack_clear(stack);
     size_t count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
+    static const char axis_names[] = "xyz";
     char where[128];
-    snprintf(where, sizeof where, "stack %c: %zu textures of %zu x %zu %s (%.0f MiB)", "xyz"[layout->axis], count,
-             layout -> width, layout -> height, vit_texel_name(plan->texel), (double)layout -> bytes / 1048576);
+    snprintf(where, sizeof where, "stack %c: %zu textures of %zu x %zu %s (%.0f MiB)", axis_names[layout->axis], count,
+             layout->width, layout->height, vit_texel_name(plan->texel), (double)layout->bytes / 1048576);
     stack->textures = vit_alloc_zero(count, sizeof *stack->textures);
     if (!stack->textures) {
         vit_error(vit_gl_log(gl), "%s: out of memory", where);
@@ -270,11 +271,6 @@ void vit_stacks_clear(struct vit_stacks *stacks)
 
 /* ---- drawing ----------------------------------------------------------------------------------------------------- */
 
-static void set_vec3(GLint location, struct vit_vec3 v)
-{
-    glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
-}
-
 /* Depth is measured along the stack, not along the view: a ray's point at depth 0 lies in the plane through the box's
  * centre in parallel to the slices. */
 void vit_stacks_set_rays(const struct vit_program *program, const struct vit_plan *plan,
@@ -288,7 +284,7 @@ void vit_stacks_set_rays(const struct vit_program *program, const struct vit_pla
     fall[stack->axis] = stack->toward * stack->box_mm;
     const struct vit_vec3 fall_from_tex = {fall[0], fall[1], fall[2]};
     glUniform1f(program->near_limit_mm, 1e30f);
-    set_vec3(program->fall_from_tex, fall_from_tex);
+    vit_uniform_vec3(program->fall_from_tex, fall_from_tex);
     if (camera->perspective) {
         glUniform1f(program->eye_mm, (float)stack->eye_mm); /* rays themselves are those of any perspective */
         return;
@@ -298,9 +294,9 @@ void vit_stacks_set_rays(const struct vit_program *program, const struct vit_pla
     struct vit_vec3 x = vit_mat4_direction(tex_from_view, (struct vit_vec3){pixel, 0, 0});
     struct vit_vec3 y = vit_mat4_direction(tex_from_view, (struct vit_vec3){0, pixel, 0});
     struct vit_vec3 along = vit_vec3_scale(toward, 1 / vit_vec3_dot(fall_from_tex, toward));
-    set_vec3(program->tex_toward, along);
-    set_vec3(program->tex_from_x, vit_vec3_sub(x, vit_vec3_scale(along, vit_vec3_dot(fall_from_tex, x))));
-    set_vec3(program->tex_from_y, vit_vec3_sub(y, vit_vec3_scale(along, vit_vec3_dot(fall_from_tex, y))));
+    vit_uniform_vec3(program->tex_toward, along);
+    vit_uniform_vec3(program->tex_from_x, vit_vec3_sub(x, vit_vec3_scale(along, vit_vec3_dot(fall_from_tex, x))));
+    vit_uniform_vec3(program->tex_from_y, vit_vec3_sub(y, vit_vec3_scale(along, vit_vec3_dot(fall_from_tex, y))));
     glUniform1f(program->path_mm, (float)stack->path_mm);
 }
 
@@ -336,14 +332,14 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, textures->textures[part->texture]);
     vit_mesh_brick_faces(&part->brick, plan->n, low, high);
-    set_vec3(program->brick_low, (struct vit_vec3){low[0], low[1], low[2]});
-    set_vec3(program->brick_high, (struct vit_vec3){high[0], high[1], high[2]});
+    vit_uniform_vec3(program->brick_low, (struct vit_vec3){low[0], low[1], low[2]});
+    vit_uniform_vec3(program->brick_high, (struct vit_vec3){high[0], high[1], high[2]});
     for (int axis = 0; axis < 3; axis++) {
         low[axis] = fmax(low[axis], plan->draw_low[axis]);
         high[axis] = fmin(high[axis], plan->draw_high[axis]);
     }
-    set_vec3(program->draw_low, (struct vit_vec3){low[0], low[1], low[2]});
-    set_vec3(program->draw_high, (struct vit_vec3){high[0], high[1], high[2]});
+    vit_uniform_vec3(program->draw_low, (struct vit_vec3){low[0], low[1], low[2]});
+    vit_uniform_vec3(program->draw_high, (struct vit_vec3){high[0], high[1], high[2]});
     set_tile_from_tex(program, plan, layout, &part->brick);
     glUniform2f(program->stack_step, (GLfloat)layout->step, 1.0f / (GLfloat)layout->step);
     glUniform2f(program->stack_columns, (GLfloat)layout->columns, 1.0f / (GLfloat)layout->columns);

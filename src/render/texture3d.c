@@ -61,9 +61,6 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
         vit_error(vit_gl_log(gl), "%s: GL gives none", where);
     if (!texture->texture || !vit_gl_check(gl, where))
         return false;
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
     texture->texel = plan->texel;
     memcpy(texture->n, plan->n, sizeof texture->n);
     texture->bytes = plan->texture_bytes;
@@ -78,9 +75,7 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
         vit_texture3d_clear(texture);
         return false;
     }
-    GLint filter = plan->filter == VIT_FILTER_NEAREST ? GL_NEAREST : GL_LINEAR;
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, filter);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, filter);
+    vit_texture_filter(GL_TEXTURE_3D, plan->filter != VIT_FILTER_NEAREST);
     uint64_t hash = vit_texels_hash(plan), lit = plan->light.in_texels ? shade->table_from : 0;
     bool only_light = texture->made_from == hash && texture->lit_from && lit;
     if (texture->made_from == hash && (texture->lit_from == lit || (only_light && plan->light.stays)))

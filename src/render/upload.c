@@ -50,6 +50,16 @@ static void send_box(struct vit_gl *gl, const struct vit_upload *upload, const s
     vit_gl_es3_pixels_3d(gl, box->low, size, upload->layout, upload->type, staging);
 }
 
+void vit_texture_filter(GLenum target, bool linear)
+{
+    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    if (target == GL_TEXTURE_3D)
+        glTexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
 void *vit_staging_get(struct vit_staging *staging, size_t bytes)
 {
     if (bytes <= staging->size)
