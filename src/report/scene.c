@@ -92,7 +92,7 @@ static bool measure_line(struct scene *scene, struct report_setting setting, enu
     struct line *line = &scene->lines[scene->line_count];
     char case_name[64];
     report_view_name(&scene->stage.view, case_name, sizeof case_name);
-    *line = (struct line){.dashed = setting.bits == 8, .color = color};
+    *line = (struct line){.dashed = setting.bits == 8 || setting.path || setting.line, .color = color};
     const char *more = target         ? vit_target_name(target)
                        : setting.path ? vit_path_name(setting.path)
                        : setting.line ? vit_line_name(setting.line)
@@ -136,7 +136,7 @@ static bool measure_settings(struct scene *scene)
     bytes.limits[1] = "color_buffer_half_float=0";
     return measure_line(scene, half, VIT_TARGET_RGBA16F, 7) && measure_line(scene, bytes, VIT_TARGET_RGBA8, 8) &&
            measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8) &&
-           (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 3));
+           (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 7));
 }
 
 static bool measure_reference(struct scene *scene)
