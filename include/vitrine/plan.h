@@ -72,6 +72,7 @@ struct vit_plan_light {
     struct vit_light_model model;
     enum vit_light_lookup lookup;
     bool in_texels; /* reshade, pre: classified texels are lit themselves */
+    bool forgets;   /* no other view will follow: directions go once their light is a texture */
     bool stays;     /* while the view moves: light that is there already is good enough */
     /* What bytes stand for: texel 255 is body_max, shine_max, factor_max, weight_max; lit texels are stored over gain.
      */
@@ -187,6 +188,7 @@ struct vit_plan_request {
     const char *const *keep; /* rules switched off */
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
+    bool one_view;               /* no other picture follows (snapshot) */
     bool moving;                 /* more frames follow at once: a cheaper light will do, if the preset allows */
 };
 enum vit_plan_result {

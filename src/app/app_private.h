@@ -66,6 +66,7 @@ struct app_scene {
     struct vit_plan plan;
     struct vit_view view;  /* of the plan */
     unsigned failed_paths; /* bits 1 << path: auto does not take them again */
+    bool one_view;         /* no other picture follows */
     bool moving;           /* more frames follow at once */
     double gl_ms, load_ms; /* context; input */
 };

@@ -64,6 +64,7 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .keep_count = settings->keep_count,
         .budget_ms = settings->budget_ms,
         .max_error = settings->max_error,
+        .one_view = scene->one_view,
         .moving = scene->moving,
     };
     scene->view = *view;

@@ -135,7 +135,10 @@ enum vit_exit app_snapshot(struct app *app)
     status = app_scene_open(&scene, app);
     if (status != VIT_EXIT_DONE)
         return status;
-    status = draw_and_write(&scene, app, start);
+    scene.one_view = true;
+    status = app_scene_plan(&scene, app, &app->settings->view);
+    if (status == VIT_EXIT_DONE)
+        status = draw_and_write(&scene, app, start);
     app_scene_close(&scene);
     return status;
 }

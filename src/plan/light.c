@@ -121,6 +121,9 @@ static void leave_parts_out(struct vit_plan *plan)
                            "neither boundaries nor gradient_opacity: directions are enough");
     if (model->material.specular == 0)
         vit_plan_leave_out(plan, 0, "highlights", "shading.specular is 0");
+    if (plan->light.forgets)
+        vit_plan_leave_out(plan, 2 * voxels_of(plan), "light of other views",
+                           "one view only: the directions of its voxels are not kept");
     if (plan->light.stays)
         vit_plan_leave_out(plan, 0, "light of this view",
                            "the view moves and shading.lazy is on: the last light stays");
@@ -141,6 +144,7 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
     if (!light->on)
         return;
     light->stays = request->moving && request->preset->shading.lazy && light->lookup == VIT_LIGHT_RESHADE;
+    light->forgets = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_VIEW);
     leave_parts_out(plan);
     if (light->in_texels) {
         plan->features |= light->gain > 1 ? VIT_FEATURE(LIGHT_GAIN) : 0;

@@ -41,6 +41,7 @@ const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/65536"},
     {VIT_RULE_CROSS_FADE, "near a change of stacks both are drawn and blended, so that nothing pops"},
     {VIT_RULE_WIDE_TEXELS, "CPU rasterisers get HU in 32 bits: they fetch them in a third of the instructions"},
+    {VIT_RULE_ONE_VIEW, "a snapshot keeps nothing that only lights other views while the volume is uploaded"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };

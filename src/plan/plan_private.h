@@ -4,6 +4,7 @@
 
 #include "vitrine/plan.h"
 
+#define VIT_RULE_ONE_VIEW     "one-view"
 #define VIT_RULE_EMPTY_BORDER "empty-border"
 #define VIT_RULE_EMPTY_SPACE  "empty-space"
 #define VIT_RULE_OPAQUE_FRONT "opaque-front"

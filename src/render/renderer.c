@@ -139,9 +139,15 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
         return vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, plan, progress);
     }
     vit_stacks_clear(&renderer->stacks);
-    return vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
-           vit_texture3d_prepare(gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress) &&
-           vit_light3d_prepare(gl, &renderer->light3d, &renderer->shade, plan, progress);
+    if (!vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) ||
+        !vit_light3d_prepare(gl, &renderer->light3d, &renderer->shade, plan, progress))
+        return false;
+    if (plan->light.forgets && !plan->light.in_texels)
+        vit_shade_clear(&renderer->shade);
+    bool good = vit_texture3d_prepare(gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress);
+    if (plan->light.forgets)
+        vit_shade_clear(&renderer->shade);
+    return good;
 }
 
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,

@@ -26,6 +26,18 @@ same "bit for bit the same floats, in perspective" nrrd phantom:grid --view 200,
 if draw phantom:grid --path reference -o "$d/1.nrrd" && OMP_NUM_THREADS=1 draw phantom:grid --path reference -o "$d/2.nrrd" &&
     cmp "$d/1.nrrd" "$d/2.nrrd"; then tap_pass "the reference: one thread or many"; else tap_fail "the reference: one thread or many"; fi
 
+# What only other views need is gone when the picture is drawn; and must not be missed.
+for scene in "slab reshade" "slab smooth" "pre reshade"; do
+    classify=${scene% *} lookup=${scene#* }
+    set -- phantom:head --preset bone --set "sampling.classify=$classify" --set "shading.lookup=$lookup"
+    name="one view only, $classify, $lookup: the same picture"
+    if draw "$@" -o "$d/1.nrrd" && draw "$@" --keep one-view -o "$d/2.nrrd" && cmp "$d/1.nrrd" "$d/2.nrrd" >>"$tap_out" 2>&1; then
+        tap_pass "$name"
+    else
+        tap_fail "$name"
+    fi
+done
+
 # ---- right is right -------------------------------------------------------------------------------------------------
 # Dark body, bright letters: what stands at the centre of each of the 7 x 7 cells of 8 mm. The body is not wholly opaque,
 # because the way from air into a letter leads through its HU for a third of a voxel.

@@ -506,6 +506,27 @@ static void light_may_wait_for_rest(void **state)
     scene->preset = before;
 }
 
+/* A snapshot does not keep the directions for the light of other views. */
+static void one_view_forgets_directions(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    use_light(scene);
+    assert_false(make(scene, &request).light.forgets);
+    request.one_view = true;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.light.forgets && leaves_out(&plan, "light of other views"));
+    static const char *const keep[] = {"one-view"};
+    request.keep = keep;
+    request.keep_count = 1;
+    plan = make(scene, &request);
+    assert_false(plan.light.forgets || leaves_out(&plan, "light of other views"));
+    scene->preset = before;
+    request.keep_count = 0;
+    assert_false(make(scene, &request).light.forgets); /* unlit: nothing to forget */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -525,6 +546,7 @@ int main(void)
         cmocka_unit_test(unbuilt_keys_are_listed),
         cmocka_unit_test(light_is_what_the_preset_asks_for),
         cmocka_unit_test(light_may_wait_for_rest),
+        cmocka_unit_test(one_view_forgets_directions),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
 }
