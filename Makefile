@@ -278,11 +278,11 @@ fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECO
 # WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
 CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(call lint_run,$(C_SRC) $(CC_SRC)) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
     $(KMS_RUN) $(ASAN_RUN)
-check: ## what CI runs: lint, rules, gcc and clang, unit, gl, golden, sanitizers, fuzz seeds
+check: ## what CI runs: lint, rules, gcc, clang (src, for the fuzz seeds), unit, gl, golden, a screen, sanitizers
 	+@$(MAKE) WERROR=1 check-bins
 	@$(RUN) $(CHECK_RUN) $(call fuzz_run,0)
-check-bins: tests-bins $(KMS_LIB) asan-bins clang-bins fuzz-build lint-stamps-src $(BENCH_BIN)
-check-full: check lint ## check, then the long ones: screens, sanitizers, fuzzing for a while, tests/golden/full
+check-bins: tests-bins $(KMS_LIB) asan-bins fuzz-build lint-stamps-src $(BENCH_BIN)
+check-full: check lint clang-bins ## check, then the long ones: clang, screens, sanitizers, fuzzing for a while, tests/golden/full
 	@$(RUN) $(CLANG_RUN) $(ASAN_LONG_RUN)
 	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=900 TEST_TIMEOUT=10000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(call fuzz_run,$(FUZZ_SECONDS))

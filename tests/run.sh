@@ -1,12 +1,12 @@
 #!/bin/sh
-# run.sh [NAME=VALUE | PROGRAM]... - runs test programs that print TAP, one after another, and ends with
-# `N passed, N failed, N skipped` over all of them; exit 1 if anything failed.
+# run.sh [NAME=VALUE | PROGRAM]... - runs test programs that print TAP, TEST_JOBS at a time (default: one a core), and
+# ends with `N passed, N failed, N skipped` over all of them; exit 1 if anything failed.
 #
 # NAME=VALUE sets an environment variable for the programs after it. Three of them are for this script: TEST_TIMEOUT
 # [s] (default 120) for each program, TEST_LABEL, put before the programs' names, and TEST_NOTES=0, no `# ` lines of what
-# passed (for a second run of the same tests). A program fails as a whole if it
-# dies, takes too long, prints no result, or fewer results than it announced. One line a program with its time;
-# failing tests in full; `# ` lines (the errors that tests measured) also when they pass; skipped tests by name.
+# passed (for a second run of the same tests). A program fails as a whole if it dies, takes too long, prints no result,
+# or fewer results than it announced. One line a program with its time, as they end; failing tests in full; `# ` lines
+# (the errors that tests measured) also when they pass; skipped tests by name.
 set -u
 export CMOCKA_MESSAGE_OUTPUT=TAP
 # Only the sanitizer builds read these. Mesa's and other libraries' leaks are named in lsan.supp.
@@ -15,9 +15,11 @@ export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1:strict_stri
 export LSAN_OPTIONS="${LSAN_OPTIONS:-suppressions=$here/lsan.supp:print_suppressions=0}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
 TEST_TIMEOUT=120 TEST_LABEL='' TEST_NOTES=1
+TEST_JOBS=${TEST_JOBS:-$(nproc)}
 work=$(mktemp -d) || exit 1
+running=''
 trap 'rm -rf "$work"' EXIT
-trap 'exit 1' HUP INT TERM
+trap 'trap "" TERM; kill $running 2>/dev/null; wait; exit 1' HUP INT TERM
 : >"$work/sums"
 : >"$work/failures"
 
@@ -85,6 +87,29 @@ AWK
 
 now() { date +%s.%N; }
 
+# run PROGRAM: under its time limit, in a process group of its own, so that its children end with it; then its line.
+run() {
+    begin=$(now)
+    # What a shell starts behind its back ignores ^C; tests of ^C would too.
+    timeout -k 5 "$TEST_TIMEOUT" env --default-signal=INT,QUIT "$1" >"$work/$number.out" 2>&1 </dev/null 3>&- &
+    child=$!
+    trap 'kill $child; exit 1' TERM
+    wait $child
+    status=$?
+    seconds=$(echo "$begin $(now)" | awk '{ printf "%.1f", $2 - $1 }')
+    label=$(basename "$1")
+    awk -v label="${TEST_LABEL:+$TEST_LABEL }$label" -v status=$status -v seconds="$seconds" -v notes="$TEST_NOTES" \
+        -v limit="$TEST_TIMEOUT" -v sums="$work/$number.sums" -v failures="$work/$number.failures" \
+        -f "$work/count.awk" "$work/$number.out" >"$work/$number.lines"
+    flock "$work/sums" cat "$work/$number.lines" # whole, whoever else ends now
+    rm "$work/$number.out" "$work/$number.lines"
+}
+
+# As many tokens as programs may run at once; each takes one and puts it back.
+mkfifo "$work/tokens"
+exec 3<>"$work/tokens"
+for _ in $(seq "$TEST_JOBS"); do echo >&3; done
+number=0 running=''
 for argument; do
     case $argument in
     [A-Za-z_]*=*)
@@ -98,15 +123,17 @@ for argument; do
         esac
         ;;
     esac
-    begin=$(now)
-    # The program gets a process group of its own from timeout, so that its children end with it.
-    timeout -k 5 "$TEST_TIMEOUT" "$argument" >"$work/out" 2>&1 </dev/null
-    status=$?
-    seconds=$(echo "$begin $(now)" | awk '{ printf "%.1f", $2 - $1 }')
-    label=$(basename "$argument")
-    awk -v label="${TEST_LABEL:+$TEST_LABEL }$label" -v status=$status \
-        -v seconds="$seconds" -v notes="$TEST_NOTES" -v limit="$TEST_TIMEOUT" \
-        -v sums="$work/sums" -v failures="$work/failures" -f "$work/count.awk" "$work/out"
+    read -r _ <&3
+    number=$((number + 1))
+    {
+        run "$argument"
+        echo >&3
+    } &
+    running="$running $!"
 done
+wait
+running=''
+cat "$work"/*.sums >>"$work/sums" 2>/dev/null
+cat "$work"/*.failures >>"$work/failures" 2>/dev/null
 sort -s -k1,1 -r "$work/failures"
 awk '{ p += $1; f += $2; s += $3 } END { printf "%d passed, %d failed, %d skipped\n", p, f, s; exit f > 0 || NR == 0 }' "$work/sums"

@@ -26,6 +26,17 @@ says "1 passed, 1 failed, 0 skipped" 1 "no plan" 'echo ok 1 - a'
 says "0 passed, 1 failed, 0 skipped" 1 "no result" 'true'
 says "1 passed, 1 failed, 0 skipped" 1 "no end" 'echo 1..1; echo ok 1 - a; sleep 9'
 says "0 passed, 1 failed, 0 skipped" 1 "a program that cannot run" 'exec /nonexistent'
+# Two that wait for each other can only end if they run at once; each has the variables that stood before it.
+for me in a b; do
+    other=$(echo $me | tr ab ba)
+    # shellcheck disable=SC2016 # $V is the program's
+    printf '#!/bin/sh\necho 1..1; >%s/%s\nwhile [ ! -e %s/%s ]; do sleep 0.1; done; echo "# $V"; echo ok 1 - %s\n' \
+        "$tap_dir" $me "$tap_dir" "$other" $me >"$tap_dir/program_$me"
+    chmod +x "$tap_dir/program_$me"
+done
+TEST_JOBS=2 "$run" TEST_TIMEOUT=9 V=one "$tap_dir/program_a" V=two "$tap_dir/program_b" >"$tap_out" 2>&1
+if tail -n 1 "$tap_out" | grep -q '^2 passed, 0 failed' && grep -A 1 program_a "$tap_out" | grep -q '# one' &&
+    grep -A 1 program_b "$tap_out" | grep -q '# two'; then tap_pass "two at once"; else tap_fail "two at once"; fi
 status=0
 "$run" >"$tap_out" || status=$?
 if [ $status -eq 1 ]; then tap_pass "no program at all"; else tap_fail "no program at all"; fi
