@@ -13,9 +13,11 @@ extern "C" {
 #define VIT_DICOM_WARNINGS(X)                                                                                          \
     X(BITS_MENDED, "bits-mended", "the codestream holds another number of bits than BitsStored says; it is believed")  \
     X(DUPLICATE_FILES, "duplicate-files", "identical copies of slices were left out")                                  \
+    X(FRAMES_ASSUMED, "frames-assumed", "frames placed by a distance from the first alone, along the slice normal")    \
     X(GANTRY_TILT, "gantry-tilt", "slice positions run off the slice normal: drawn as a sheared volume")               \
     X(LOCALIZER, "localizer", "a scout image, not a cross section; never taken by default beside a CT")                \
     X(LOSSY, "lossy", "pixels were compressed with loss")                                                              \
+    X(MODALITY_LUT, "modality-lut", "values go through the file's table (ModalityLUTSequence), not a slope")           \
     X(MONOCHROME1, "monochrome1", "MONOCHROME1: mirrored so that bright means more, except where values are HU")       \
     X(NOT_HU, "not-hu", "values of this CT are not marked as Hounsfield units")                                        \
     X(ORIENTATION_MISSING, "orientation-missing", "a single slice without ImageOrientationPatient; taken as axial")    \

@@ -54,7 +54,23 @@ struct Fragment {
 /* Whatever tells two slices at one place apart, in the order in which it is tried: fields.cc has the attributes. */
 constexpr size_t PHASES = 13;
 extern const char *const phase_names[PHASES];
-constexpr size_t PHASE_ACQUISITION = 2, PHASE_TIME = 5;
+constexpr size_t PHASE_STACK = 0, PHASE_TEMPORAL = 1, PHASE_ACQUISITION = 2, PHASE_TIME = 5;
+
+/* A modality LUT (PS3.3 C.11.1): what stored values from `first` on are; those beyond its ends are as at the ends. */
+struct Table {
+    int32_t first = 0;
+    std::vector<uint16_t> values;
+    uint16_t low = 0, high = 0; /* of values */
+    uint16_t at(int32_t stored) const
+    {
+        int64_t index = int64_t(stored) - first, last = int64_t(values.size()) - 1;
+        return values[size_t(index < 0 ? 0 : index > last ? last : index)];
+    }
+    bool operator==(const Table &other) const
+    {
+        return first == other.first && values == other.values;
+    }
+};
 
 /* One frame: a file's header, or one of a multi-frame file's. */
 struct Slice {
@@ -71,11 +87,22 @@ struct Slice {
     PixelFormat format;
     bool localizer = false, lossy = false, monochrome1 = false;
     bool bits_mended = false, sign_mended = false; /* the codestream says otherwise than the header */
+    bool frames_assumed = false;                   /* frames placed by a distance alone */
     bool integral = false;                         /* wide cells: all are whole numbers */
     double stored_low = 0, stored_high = 0;        /* wide cells: their range, padding left out */
     double slope = 1, intercept = 0;
     bool has_rescale = false;
     bool is_hu = false;
+    std::shared_ptr<const Table> lut; /* then slope is 1 and intercept 0 */
+    /* The range of what the slope is applied to. */
+    double lowest() const
+    {
+        return lut ? lut->low : format.is_wide() ? stored_low : format.lowest();
+    }
+    double highest() const
+    {
+        return lut ? lut->high : format.is_wide() ? stored_high : format.highest();
+    }
 
     bool has_spacing = false, has_orientation = false, has_position = false;
     double spacing_mm[2] = {0, 0}; /* between rows, between columns: the tag's order */

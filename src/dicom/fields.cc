@@ -153,8 +153,6 @@ void read_values(const Fields &fields, Slice &slice)
     slice.intercept = has_intercept ? intercept : 0;
     if (slice.slope == 0)
         slice.refused = "RescaleSlope (0028,1053) is 0";
-    if (fields.has_items(DCM_ModalityLUTSequence))
-        slice.refused = "ModalityLUTSequence (0028,3000) instead of a rescale slope is not supported";
     std::string type = fields.text(DCM_RescaleType);
     bool hu_type = type.empty() || type == "HU" || type == "HU_MOD";
     bool ct_class = slice.sop_class == UID_CTImageStorage || slice.sop_class == UID_EnhancedCTImageStorage ||
@@ -162,6 +160,7 @@ void read_values(const Fields &fields, Slice &slice)
     slice.is_hu = slice.modality == "CT" && hu_type && (slice.has_rescale || ct_class);
     slice.monochrome1 = fields.text(DCM_PhotometricInterpretation) == "MONOCHROME1";
     slice.format.inverted = slice.monochrome1 && !slice.is_hu;
+    fields_table(fields, slice);
     read_padding(fields, slice.format);
 }
 

@@ -34,6 +34,15 @@ void fields_frame(const Fields &fields, Slice &slice);
 /* frames.cc: the places of every frame of a multi-frame data set, in order; empty when it has no functional groups. */
 std::vector<std::vector<DcmItem *>> frames_places(DcmItem &data);
 
+/* offsets.cc: the places of attributes where there are no functional groups. */
+std::vector<DcmItem *> frames_whole(DcmItem &data);
+/* Moves the frames of such a data set, which all lie where the first does, to their places, and names their phases. Not
+ * empty: why they have none. */
+std::string frames_offsets(const Fields &fields, std::vector<Slice> &slices);
+
+/* table.cc: what ModalityLUTSequence says of the values, if it is there; slice.lut, or slice.refused. */
+void fields_table(const Fields &fields, Slice &slice);
+
 } // namespace vitdicom
 
 #endif

@@ -99,6 +99,13 @@ void describe(Stack &stack, const Part &part)
         warn(stack, Warning::RESCALE_MISSING, "no RescaleSlope and RescaleIntercept; stored values are taken as HU");
     if (first.modality == "CT" && !first.is_hu)
         warn(stack, Warning::NOT_HU, "values of this CT are not marked as Hounsfield units");
+    if (any(&Slice::frames_assumed))
+        warn(stack, Warning::FRAMES_ASSUMED,
+             "only the first frame has a position; the others are taken to lie along the slice normal at the distances "
+             "that the file gives, on the side that their sign says");
+    if (first.lut)
+        warn(stack, Warning::MODALITY_LUT, "stored values go through a table of %zu entries, to %u..%u",
+             first.lut->values.size(), unsigned(first.lut->low), unsigned(first.lut->high));
     if (any(&Slice::bits_mended))
         warn(stack, Warning::BITS_MENDED, "the codestream holds %u bits a pixel, which is not BitsStored (0028,0101)",
              first.format.stored);

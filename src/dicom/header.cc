@@ -56,6 +56,8 @@ double most_samples_per_byte(Coding coding)
     }
 }
 
+constexpr size_t MOST_FRAMES = 65535; /* without functional groups, which bound them: what a volume can hold */
+
 Coding coding_of(const DcmXfer &xfer)
 {
     switch (xfer.getXfer()) {
@@ -235,28 +237,19 @@ bool check_pixels(Header &header, const DcmXfer &xfer, const std::string &syntax
     return true;
 }
 
-/* Dose grids say where their frames lie in a way of their own (PS3.3 C.8.8.3.2). */
-bool place_by_grid(const Fields &fields, std::vector<Slice> &slices)
-{
-    std::vector<double> offsets(slices.size());
-    if (!fields.numbers(DCM_GridFrameOffsetVector, offsets.data(), unsigned(offsets.size())) || offsets[0] != 0)
-        return false;
-    for (size_t f = 0; f < slices.size(); f++)
-        slices[f].position = vit_vec3_add(slices[f].position, vit_vec3_scale(slices[f].normal, offsets[f]));
-    return true;
-}
-
 /* `base` into one Slice a frame. */
 void expand(Header &header, DcmItem &data, std::vector<Slice> &slices)
 {
     Slice &base = header.base;
     std::vector<std::vector<DcmItem *>> places = frames_places(data);
-    const Fields whole(data);
+    const Fields whole(frames_whole(data));
     bool grouped = places.size() == header.frames;
-    if (header.frames > 1 && !grouped && !data.tagExistsWithValue(DCM_GridFrameOffsetVector) && base.refused.empty())
-        base.refused = format("NumberOfFrames (0028,0008) is %zu, and %s", header.frames,
-                              places.empty() ? "nothing says where each frame lies"
-                                             : format("there are functional groups for %zu", places.size()).c_str());
+    if (header.frames > 1 && !grouped && !places.empty() && base.refused.empty())
+        base.refused = format("NumberOfFrames (0028,0008) is %zu, and there are functional groups for %zu",
+                              header.frames, places.size());
+    if (!grouped && header.frames > MOST_FRAMES && base.refused.empty())
+        base.refused =
+            format("NumberOfFrames (0028,0008) is %zu; at most %zu can be a volume", header.frames, MOST_FRAMES);
     if (!base.refused.empty()) {
         std::string refused = base.refused;
         fields_frame(grouped ? Fields(places[0]) : whole, base);
@@ -271,13 +264,24 @@ void expand(Header &header, DcmItem &data, std::vector<Slice> &slices)
         Slice &slice = slices.back();
         slice.frame = header.frames > 1 ? unsigned(f + 1) : 0;
         fields_frame(grouped ? Fields(places[f]) : whole, slice);
+        base.lut = grouped ? nullptr : slice.lut;
+        if (grouped && slice.lut && header.frames > 1) {
+            slice.lut = nullptr;
+            slice.refused = "ModalityLUTSequence (0028,3000) in an image with functional groups is not supported";
+        }
         if (slice.coding == Coding::native)
             slice.pixel_offset += f * frame_bytes;
         else
             slice.fragments = std::move(header.fragments[f]);
     }
-    if (header.frames > 1 && !grouped && !place_by_grid(whole, slices))
-        slices[0].refused = "GridFrameOffsetVector (3004,000C) does not begin with 0";
+    if (header.frames == 1 || grouped)
+        return;
+    std::string refused = frames_offsets(whole, slices);
+    if (refused.empty())
+        return;
+    slices.erase(slices.begin() + 1, slices.end());
+    slices[0].frame = 0;
+    slices[0].refused = refused;
 }
 
 bool measure(Header &header, std::vector<Slice> &slices, std::string &reason)

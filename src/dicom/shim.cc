@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <omp.h>
 
@@ -31,12 +32,37 @@ struct Loop {
     }
 };
 
+/* Equal tables are kept once: a series may repeat one of 128 kB in every file. */
+struct Tables {
+    std::mutex lock;
+    std::vector<std::shared_ptr<const Table>> tables;
+};
+
+void share_tables(Tables &shared, std::vector<Slice> &slices)
+{
+    std::vector<std::shared_ptr<const Table>> &tables = shared.tables;
+    for (Slice &slice : slices) {
+        if (!slice.lut)
+            continue;
+        std::lock_guard<std::mutex> guard(shared.lock);
+        auto same = [&slice](const std::shared_ptr<const Table> &table) {
+            return table == slice.lut || *table == *slice.lut;
+        };
+        auto found = std::find_if(tables.begin(), tables.end(), same);
+        if (found == tables.end())
+            tables.push_back(slice.lut);
+        else
+            slice.lut = *found;
+    }
+}
+
 bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, const vit_log *log,
                   const vit_progress *progress)
 {
     std::vector<std::vector<Slice>> slices(files.size());
     std::vector<std::string> reasons(files.size());
     std::vector<char> ok(files.size(), 0);
+    Tables tables;
     Loop loop(progress, "scan", files.size());
 #pragma omp parallel for schedule(dynamic, 4)
     for (size_t i = 0; i < files.size(); i++) {
@@ -44,6 +70,7 @@ bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, c
             continue;
         try {
             ok[i] = header_read(files[i], slices[i], reasons[i]);
+            share_tables(tables, slices[i]);
         } catch (...) {
             loop.failed = true;
         }

@@ -40,10 +40,10 @@ bool same_bytes(const Slice &a, const Slice &b)
 bool same_pixels(const Slice &a, const Slice &b)
 {
     if (a.rows != b.rows || a.columns != b.columns || a.slope != b.slope || a.intercept != b.intercept ||
-        !a.refused.empty() || !b.refused.empty() || a.format.is_wide() || b.format.is_wide())
+        a.lut != b.lut || !a.refused.empty() || !b.refused.empty() || a.format.is_wide() || b.format.is_wide())
         return false;
     Encoding encoding;
-    encoding.sample = std::max(a.format.highest(), b.format.highest()) > 32767 ? VIT_SAMPLE_U16 : VIT_SAMPLE_I16;
+    encoding.sample = std::max(a.highest(), b.highest()) > 32767 ? VIT_SAMPLE_U16 : VIT_SAMPLE_I16;
     std::vector<uint16_t> samples_a(a.rows * a.columns), samples_b(samples_a.size());
     size_t clamped = 0;
     std::string why;

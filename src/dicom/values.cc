@@ -40,8 +40,7 @@ Range possible_range(const std::vector<const Slice *> &slices)
 {
     Range range{INFINITY, -INFINITY};
     for (const Slice *slice : slices)
-        for (double stored : {slice->format.is_wide() ? slice->stored_low : slice->format.lowest(),
-                              slice->format.is_wide() ? slice->stored_high : slice->format.highest()}) {
+        for (double stored : {slice->lowest(), slice->highest()}) {
             double value = slice->slope * stored + slice->intercept;
             range.low = std::min(range.low, value);
             range.high = std::max(range.high, value);
@@ -52,12 +51,12 @@ Range possible_range(const std::vector<const Slice *> &slices)
 bool all_as_stored(const std::vector<const Slice *> &slices, Encoding &encoding)
 {
     const Slice &first = *slices.front();
-    int32_t low = first.format.lowest(), high = first.format.highest();
+    double low = first.lowest(), high = first.highest();
     for (const Slice *slice : slices) {
         if (slice->slope != first.slope || slice->intercept != first.intercept || slice->format.is_wide())
             return false;
-        low = std::min(low, slice->format.lowest());
-        high = std::max(high, slice->format.highest());
+        low = std::min(low, slice->lowest());
+        high = std::max(high, slice->highest());
     }
     if (high > 65535 || (high > 32767 && low < 0))
         return false;
@@ -210,12 +209,41 @@ int32_t lowest_unpadded(const PixelFormat &format, const Padding &padding, const
     return format.inverted ? high : low;
 }
 
+/* Through the file's table. Padding is of stored values; it becomes air, or the least of the others. */
+template <typename In, typename Out>
+size_t convert_table(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const In *in, Out *out,
+                     size_t count)
+{
+    const Table &table = *slice.lut;
+    const Cell cell(format);
+    const double least = encoding.sample == VIT_SAMPLE_U16 ? 0 : -32768, most = least + 65535;
+    auto is_padded = [&format](uint32_t raw, int32_t stored) {
+        return format.has_padding && ((stored >= format.padding_low && stored <= format.padding_high) ||
+                                      (sizeof(In) == 2 && raw == uint16_t(format.padding_low)));
+    };
+    double air = slice.is_hu ? AIR_HU : table.high;
+    for (size_t i = 0; i < count && format.has_padding && !slice.is_hu; i++)
+        if (!is_padded(in[i], cell(in[i])))
+            air = std::min<double>(air, table.at(cell(in[i])));
+    size_t clamped = 0;
+    for (size_t i = 0; i < count; i++) {
+        const int32_t stored = cell(in[i]);
+        const bool padded = is_padded(in[i], stored);
+        double sample = std::round(((padded ? air : table.at(stored)) - encoding.intercept) / encoding.slope);
+        clamped += !padded && (sample < least || sample > most);
+        out[i] = Out(std::min(most, std::max(least, sample)));
+    }
+    return clamped;
+}
+
 template <typename In, typename Out>
 size_t convert_to(const Slice &slice, const PixelFormat &format, const Encoding &encoding, const In *in, Out *out,
                   size_t count)
 {
     const double least = encoding.sample == VIT_SAMPLE_U16 ? 0 : -32768, most = least + 65535;
     const int32_t mirror = format.lowest() + format.highest();
+    if (slice.lut)
+        return convert_table(slice, format, encoding, in, out, count);
     size_t clamped = 0;
     auto stored_map = [&](int32_t stored) { return format.inverted ? mirror - stored : stored; };
     auto to_sample = [&](double value) {

@@ -78,6 +78,40 @@ def enhanced(frames, phases=1):
     return data
 
 
+def plain_frames(frames, **attributes):
+    """Several frames without functional groups; the first lies at (5, 6, 7)."""
+    data = single()
+    data.NumberOfFrames = frames
+    data.ImagePositionPatient = [5, 6, 7]
+    data.PixelData = b"".join(cells(f).tobytes() for f in range(frames))
+    for name, value in attributes.items():
+        setattr(data, name, value)
+    return data
+
+
+def gated():
+    """Nuclear medicine: two slices in two time slots, place and direction with the detector, stacked downward."""
+    data = plain_frames(4, Modality="NM", SOPClassUID="1.2.840.10008.5.1.4.1.1.20", SpacingBetweenSlices=-2.5,
+                        FrameIncrementPointer=[0x00540070, 0x00540080], TimeSlotVector=[1, 1, 2, 2],
+                        SliceVector=[1, 2, 1, 2], NumberOfSlices=2)
+    data.DetectorInformationSequence = item(ImagePositionPatient=[5, 6, 7], ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+    del data.ImagePositionPatient, data.ImageOrientationPatient
+    return data
+
+
+def looked_up(inverted=False):
+    """Stored values -20..79 (and up) through a table from -10 on: 1000 + 3 * i * i; HU by the table's type."""
+    data = single()
+    del data.RescaleSlope, data.RescaleIntercept, data.RescaleType
+    data.ModalityLUTSequence = item(LUTDescriptor=[40, 65526, 16], ModalityLUTType="US" if inverted else "HU",
+                                    LUTData=[1000 + 3 * i * i for i in range(40)])
+    data.ModalityLUTSequence[0]["LUTDescriptor"].VR = data.ModalityLUTSequence[0]["LUTData"].VR = "US"
+    if inverted:
+        data.Modality, data.PhotometricInterpretation, data.PixelPaddingValue = "PT", "MONOCHROME1", -20
+        data["PixelPaddingValue"].VR = "SS"
+    return data
+
+
 def codestream(frame, folder):
     """One frame as a JPEG 2000 codestream, through gdcmconv."""
     data = single()
@@ -136,6 +170,13 @@ def main(folder):
     save(enhanced(4), folder, "enhanced_j2k", encapsulate(streams))
     save(enhanced(4), folder, "enhanced_j2k_no_table", encapsulate(streams, fragments_per_frame=2, has_bot=False))
     save(enhanced(4), folder, "enhanced_j2k_table", encapsulate(streams, fragments_per_frame=2, has_bot=True))
+    save(plain_frames(4, SpacingBetweenSlices=3), folder, "frames_spacing")
+    save(plain_frames(4, FrameIncrementPointer=0x00182005, SliceLocationVector=[10, 13, 16, 19]), folder, "frames_location")
+    save(plain_frames(4, FrameIncrementPointer=0x3004000C, GridFrameOffsetVector=[7, 10, 13, 16]), folder, "frames_grid")
+    save(plain_frames(4, FrameIncrementPointer=0x00181063, FrameTime=40, SpacingBetweenSlices=3), folder, "frames_cine")
+    save(gated(), folder, "frames_gated")
+    save(looked_up(), folder, "table")
+    save(looked_up(True), folder, "table_inverted")
     mixed_up(folder, "says_implicit_is_explicit", ImplicitVRLittleEndian, False, True)
     mixed_up(folder, "says_explicit_is_implicit", ExplicitVRLittleEndian, True, True)
     mixed_up(folder, "says_big_is_little", ExplicitVRBigEndian, False, True)

@@ -103,6 +103,79 @@ static void phases_of_one_file(void **state)
     vit_dicom_scan_destroy(&scan);
 }
 
+/* Without functional groups: a distance, locations or a dose grid's z; the first frame lies at (5, 6, 7). */
+static void frames_without_groups(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"frames_spacing", "frames_location", "frames_grid"};
+    static const double expected[3][4] = {{1, 0, 0, 5}, {0, 1, 0, 6}, {0, 0, 3, 7}};
+    for (size_t n = 0; n < VIT_ARRAY_LENGTH(names); n++) {
+        struct vit_dicom_scan *scan = open_seed(names[n], 1);
+        const struct vit_dicom_stack *stack = vit_dicom_scan_stack(scan, 0);
+        double worst = error_of(scan, 0, 0, 1, -1);
+        print_message("# %s: %zu frames, largest error %g HU\n", names[n], stack->slices, worst);
+        assert_true(worst == 0);
+        assert_int_equal(stack->slices, 4);
+        assert_memory_equal(stack->info.lps_mm_from_vox.m, expected, sizeof expected);
+        assert_true(test_has_warning(stack, "frames-assumed") == (n < 2));
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
+/* Two slices in two time slots, the second 2.5 mm below the first: so volume slice 0 is frame 1. */
+static void nuclear_medicine(void **state)
+{
+    (void)state;
+    struct vit_dicom_scan *scan = open_seed("frames_gated", 2);
+    for (size_t i = 0; i < 2; i++) {
+        const struct vit_dicom_stack *stack = vit_dicom_scan_stack(scan, i);
+        assert_true(error_of(scan, i, 2 * (int)i + 1, -1, -1) == 0);
+        assert_true(stack->info.lps_mm_from_vox.m[2][2] == 2.5 && stack->info.lps_mm_from_vox.m[2][3] == 4.5);
+        assert_non_null(strstr(stack->label, i ? "temporal position 2" : "temporal position 1"));
+        assert_false(stack->info.is_hu || test_has_warning(stack, "frames-assumed"));
+    }
+    vit_dicom_scan_destroy(&scan);
+}
+
+static void frames_that_are_no_slices(void **state)
+{
+    (void)state;
+    struct vit_dicom_scan *scan = test_scan(SEEDS "frames_cine", NULL);
+    assert_non_null(scan);
+    const char *refused = vit_dicom_scan_stack(scan, 0)->refused;
+    print_message("# %s\n", refused);
+    assert_non_null(strstr(refused, "names FrameTime (0018,1063)"));
+    assert_int_equal(vit_dicom_scan_stack_count(scan), 1);
+    vit_dicom_scan_destroy(&scan);
+}
+
+/* ModalityLUTSequence: stored values from -10 on become 1000 + 3 i^2, i <= 39. */
+static void values_by_table(void **state)
+{
+    (void)state;
+    for (int inverted = 0; inverted < 2; inverted++) {
+        struct vit_dicom_scan *scan = open_seed(inverted ? "table_inverted" : "table", 1);
+        const struct vit_dicom_stack *stack = vit_dicom_scan_stack(scan, 0);
+        const struct vit_volume_info *info = &stack->info;
+        void *samples = test_read(scan, 0, NULL);
+        double worst = 0;
+        assert_non_null(samples);
+        assert_int_equal(info->sample, inverted ? VIT_SAMPLE_U16 : VIT_SAMPLE_I16);
+        for (int i = 0; i < 60; i++) {
+            int stored = 10 * (i / 10) + i % 10 - 20, at = stored + 10 < 0 ? 0 : stored + 10 > 39 ? 39 : stored + 10;
+            double value = 1000 + 3 * at * at;
+            if (inverted) /* mirrored in 16 bits; padding (-20) is the least of the others */
+                value = 65535 - (stored == -20 ? 1000 + 3 * 39 * 39 : value);
+            double got = inverted ? ((uint16_t *)samples)[i] : ((int16_t *)samples)[i];
+            worst = fmax(worst, fabs(info->slope * got + info->intercept - value));
+        }
+        print_message("# table%s: largest error %g\n", inverted ? ", mirrored" : "", worst);
+        assert_true(worst == 0 && info->is_hu == !inverted && test_has_warning(stack, "modality-lut"));
+        vit_free(samples);
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
 /* Steps are even over the range of the pixels; what is no number is air. */
 static void floating_point(void **state)
 {
@@ -130,7 +203,7 @@ static void floating_point(void **state)
 static void damaged_seeds(void **state)
 {
     (void)state;
-    static const char *const names[] = {"j2k", "j2k_in_jp2", "enhanced_j2k_no_table", "float"};
+    static const char *const names[] = {"j2k", "j2k_in_jp2", "enhanced_j2k_no_table", "float", "frames_gated", "table"};
     char folder[64], path[128];
     static uint8_t bytes[4096];
     size_t read = 0, refused = 0;
@@ -170,8 +243,11 @@ static void damaged_seeds(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(jpeg_2000),          cmocka_unit_test(mixed_up_encodings), cmocka_unit_test(multi_frame),
-        cmocka_unit_test(phases_of_one_file), cmocka_unit_test(floating_point),     cmocka_unit_test(damaged_seeds),
+        cmocka_unit_test(jpeg_2000),        cmocka_unit_test(mixed_up_encodings),
+        cmocka_unit_test(multi_frame),      cmocka_unit_test(frames_without_groups),
+        cmocka_unit_test(nuclear_medicine), cmocka_unit_test(frames_that_are_no_slices),
+        cmocka_unit_test(values_by_table),  cmocka_unit_test(phases_of_one_file),
+        cmocka_unit_test(floating_point),   cmocka_unit_test(damaged_seeds),
     };
     return cmocka_run_group_tests_name("dicom_frames", tests, NULL, NULL);
 }
