@@ -73,17 +73,26 @@ bool report_stage_plan(struct report_stage *stage, const struct report_setting *
     return true;
 }
 
-static bool draw_reference(struct report_stage *stage, const struct vit_plan *plan, double tolerance,
-                           enum vit_reference_mode mode, struct vit_frame *frame, double *ms)
+static bool draw_with(struct report_stage *stage, const struct vit_plan *plan,
+                      const struct vit_reference_params *params, struct vit_frame *frame, double *ms)
 {
-    struct vit_reference_params params = {tolerance, mode};
     uint64_t start = vit_clock_ns();
     *frame = (struct vit_frame){0};
-    if (!vit_reference_draw(stage->volume, plan, &params, frame, stage->report->log, stage->report->progress))
+    if (!vit_reference_draw(stage->volume, plan, params, frame, stage->report->log, stage->report->progress))
         return false;
     *ms = ms_since(start);
     put_over_background(frame, plan->background);
     return true;
+}
+
+bool report_stage_quantised(struct report_stage *stage, const struct vit_plan *plan, bool quantised,
+                            struct vit_frame *frame)
+{
+    /* A hundredth of what the finest table costs. */
+    const struct vit_reference_params params = {
+        .tolerance = 1e-5, .mode = VIT_REFERENCE_CONTINUOUS, .quantised = quantised};
+    double ms;
+    return draw_with(stage, plan, &params, frame, &ms);
 }
 
 static void row_once(struct report_row *row, double ms)
@@ -101,13 +110,13 @@ bool report_stage_begin(struct report_stage *stage, struct report_row *row)
         vit_error(stage->report->log, "report: this GL cannot draw the scene; `vitrine plan` says why");
         return false;
     }
-    double tolerance = vit_reference_params_default().tolerance;
-    if (!draw_reference(stage, &plan, tolerance / 100, VIT_REFERENCE_CONTINUOUS, &stage->truth, &ms))
+    struct vit_reference_params usual = vit_reference_params_default(), fine = usual;
+    fine.tolerance /= 100;
+    if (!draw_with(stage, &plan, &fine, &stage->truth, &ms))
         return false;
     if (!row)
         return true;
-    bool ok = draw_reference(stage, &plan, tolerance, VIT_REFERENCE_CONTINUOUS, &frame, &ms) &&
-              report_compare(stage, &stage->truth, &frame, row);
+    bool ok = draw_with(stage, &plan, &usual, &frame, &ms) && report_compare(stage, &stage->truth, &frame, row);
     if (ok)
         row_once(row, ms);
     vit_frame_clear(&frame);
@@ -119,12 +128,15 @@ void report_stage_end(struct report_stage *stage)
     vit_frame_clear(&stage->truth);
 }
 
-bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, bool quantised, struct report_row *row,
                         struct vit_frame *frame)
 {
+    struct vit_reference_params params = vit_reference_params_default();
     struct vit_frame drawn;
     double ms;
-    if (!draw_reference(stage, plan, vit_reference_params_default().tolerance, VIT_REFERENCE_SLABS, &drawn, &ms))
+    params.mode = VIT_REFERENCE_SLABS;
+    params.quantised = quantised;
+    if (!draw_with(stage, plan, &params, &drawn, &ms))
         return false;
     bool ok = !stage->truth.rgba || report_compare(stage, &stage->truth, &drawn, row);
     row_once(row, ms);
@@ -142,20 +154,25 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* One frame to warm up, then frames until there has been enough time. */
-static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *plan, double enough_ms,
-                       struct report_row *row)
+/* One frame to warm up, then frames until there has been enough time: of the plan, or of it and another in turn, with
+ * all that has to be made anew for each. The plan's own is the last. */
+static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan *other,
+                       double enough_ms, struct report_row *row)
 {
     double ms[RUNS_MOST], total = 0;
     size_t runs = 0;
-    if (!vit_renderer_draw(renderer, plan))
+    if (!vit_renderer_draw(renderer, other ? other : plan))
         return false;
     while (runs < RUNS_LEAST || (runs < RUNS_MOST && total < enough_ms)) {
-        if (!vit_renderer_draw(renderer, plan))
+        const struct vit_plan *now = other && runs % 2 == 1 ? other : plan;
+        uint64_t start = vit_clock_ns();
+        if ((other && !vit_renderer_prepare(renderer, now, NULL)) || !vit_renderer_draw(renderer, now))
             return false;
-        ms[runs] = vit_renderer_stats(renderer).frame_ms;
+        ms[runs] = other ? ms_since(start) : vit_renderer_stats(renderer).frame_ms;
         total += ms[runs++];
     }
+    if (other && runs % 2 == 0 && (!vit_renderer_prepare(renderer, plan, NULL) || !vit_renderer_draw(renderer, plan)))
+        return false;
     qsort(ms, runs, sizeof ms[0], compare_numbers);
     row->ms_min = ms[0];
     row->ms_median = 0.5 * (ms[(runs - 1) / 2] + ms[runs / 2]);
@@ -163,16 +180,16 @@ static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *pla
     return true;
 }
 
-bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
-                       struct vit_frame *frame)
+static bool draw_measured(struct report_stage *stage, const struct vit_plan *plan, const struct vit_plan *other,
+                          struct report_row *row, struct vit_frame *frame)
 {
     struct vit_frame drawn = {0};
     /* A new one each time, so that its set-up is the whole set-up. */
     struct vit_renderer *renderer = vit_renderer_create(stage->gl, stage->volume);
-    if (!renderer || !vit_renderer_prepare(renderer, plan, NULL))
+    if (!renderer || !vit_renderer_prepare(renderer, other ? other : plan, NULL))
         goto fail;
     row->setup_ms = vit_renderer_stats(renderer).setup_ms;
-    if (!draw_timed(renderer, plan, stage->enough_ms, row) || !vit_renderer_read(renderer, &drawn))
+    if (!draw_timed(renderer, plan, other, stage->enough_ms, row) || !vit_renderer_read(renderer, &drawn))
         goto fail;
     struct vit_render_stats stats = vit_renderer_stats(renderer);
     row->bytes = (double)stats.texture_bytes;
@@ -191,6 +208,18 @@ fail:
     vit_renderer_destroy(&renderer);
     vit_frame_clear(&drawn);
     return false;
+}
+
+bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
+                       struct vit_frame *frame)
+{
+    return draw_measured(stage, plan, NULL, row, frame);
+}
+
+bool report_stage_turn(struct report_stage *stage, const struct vit_plan *plan, const struct vit_plan *other,
+                       struct report_row *row, struct vit_frame *frame)
+{
+    return draw_measured(stage, plan, other, row, frame);
 }
 
 void report_setting_options(const struct report_setting *setting, char *text, size_t bytes)

@@ -159,9 +159,15 @@ VIT_NODISCARD bool report_stage_plan(struct report_stage *stage, const struct re
  * initialised by this call; NULL: not wanted. False: logged. */
 VIT_NODISCARD bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
                                      struct vit_frame *frame);
-/* The same by the reference, as ideal slabs. */
-VIT_NODISCARD bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,
-                                      struct vit_frame *frame);
+/* The same, but times are of frames of a turn: this plan and another view's in turn, with the light that each needs. */
+VIT_NODISCARD bool report_stage_turn(struct report_stage *stage, const struct vit_plan *plan,
+                                     const struct vit_plan *other, struct report_row *row, struct vit_frame *frame);
+/* By the continuous reference to 1e-5, over the background; normals are reduced to the plan's directions, or not. */
+VIT_NODISCARD bool report_stage_quantised(struct report_stage *stage, const struct vit_plan *plan, bool quantised,
+                                          struct vit_frame *frame);
+/* The same by the reference, as ideal slabs; lit with the plan's directions, or with exact normals. */
+VIT_NODISCARD bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan, bool quantised,
+                                      struct report_row *row, struct vit_frame *frame);
 VIT_NODISCARD bool report_compare(const struct report_stage *stage, const struct vit_frame *truth,
                                   const struct vit_frame *frame, struct report_row *row);
 /* As options of the command line. */
@@ -203,6 +209,29 @@ struct report_floors {
 extern const double report_floor_rates[REPORT_FLOOR_RATES];
 VIT_NODISCARD bool report_floors_measure(const struct report_stage *scene, struct report_floors *floors);
 void report_floors_write(const struct report_floors *floors, FILE *out);
+
+/* scene_light.c: what the light of a lit scene costs. */
+#define REPORT_LIGHTS_MOST 32
+struct report_light {
+    char name[40];
+    double ms, setup_ms;
+    double rms, max;  /* of the light: to exact normals */
+    double truth_rms; /* of the picture: to the continuous integral with exact normals */
+    enum vit_sphere_kind sphere;
+    enum vit_light_lookup lookup;
+    int level;
+    bool pre, other_kernel;
+};
+struct report_lights {
+    struct report_light tables[REPORT_LIGHTS_MOST], ways[REPORT_LIGHTS_MOST];
+    size_t table_count, way_count; /* both 0: the scene is unlit */
+    int width_px, height_px;       /* of the tables' pictures */
+    char verdict[600];
+};
+/* Of a stage that has its truth. */
+VIT_NODISCARD bool report_lights_measure(const struct report_stage *scene, struct report_lights *lights);
+void report_lights_plot(struct report *report, const struct report_lights *lights);
+void report_lights_write(const struct report_lights *lights, struct report_page *page);
 
 /* ---- page.c --------------------------------------------------------------------------------------------------- */
 

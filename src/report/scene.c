@@ -40,6 +40,7 @@ struct scene {
     struct line lines[LINES_MOST];
     size_t line_count;
     struct report_floors floors;
+    struct report_lights lights;
     char answers[2][512];
 };
 
@@ -309,6 +310,7 @@ static void write_page(struct scene *scene)
     put_front(scene, out);
     fputs("</div>\n", out);
     report_page_figure(&page, "error-time.svg", NULL);
+    report_lights_write(&scene->lights, &page);
     report_floors_write(&scene->floors, out);
     report_page_end(&page);
 }
@@ -329,14 +331,17 @@ static bool scene_run(struct scene *scene)
                                          .enough_ms = ENOUGH_MS};
     choose_rates(scene);
     if (!measure_reference(scene) || !measure_settings(scene) || !draw_pictures(scene) ||
-        !report_floors_measure(&scene->stage, &scene->floors))
+        !report_lights_measure(&scene->stage, &scene->lights) || !report_floors_measure(&scene->stage, &scene->floors))
         return false;
     answer(scene);
     if (given->say)
         fprintf(given->say, "RMS error over that of ideal slabs, %d views: at most %.3f\n%s\n", REPORT_FLOOR_VIEWS,
                 scene->floors.worst, scene->floors.verdict);
+    if (given->say && *scene->lights.verdict)
+        fprintf(given->say, "%s\n", scene->lights.verdict);
     report_write_rows(&scene->report);
     error_plot(scene);
+    report_lights_plot(&scene->report, &scene->lights);
     write_page(scene);
     return !scene->report.failed;
 }

@@ -36,7 +36,7 @@ static bool measure_rate(struct report_stage *stage, struct report_floors *floor
     snprintf(case_name, sizeof case_name, "floor %s", floors->views[v].view);
     snprintf(method, sizeof method, "ideal slabs %g", report_floor_rates[r]);
     struct report_row *row = report_add(stage->report, case_name, method);
-    if (!report_stage_ideal(stage, &plan, row, NULL))
+    if (!report_stage_ideal(stage, &plan, true, row, NULL))
         return false;
     floors->views[v].floor_rms[r] = row->err_rms;
     floors->views[v].floor_max[r] = row->err_max;
@@ -184,7 +184,7 @@ static bool measure_terms(struct report_stage *stage, struct report_floors *floo
     char case_name[64];
     if (!report_stage_plan(stage, &setting, &plan))
         return true;
-    if (!report_stage_ideal(stage, &plan, &row, &ideal))
+    if (!report_stage_ideal(stage, &plan, true, &row, &ideal))
         return false;
     snprintf(case_name, sizeof case_name, "to ideal slabs %s", floors->views[0].view);
     bool ok = true;
@@ -272,7 +272,8 @@ void report_floors_write(const struct report_floors *floors, FILE *out)
     fprintf(
         out,
         "<h2>What the machine costs</h2>\n<p>Ideal slabs are the same slabs in double precision: no texture, table or "
-        "framebuffer rounds. With chords across them they are the floor for a renderer of these slabs (16 bits, "
+        "framebuffer rounds (lit with directions out of the same table). With chords across them they are the floor "
+        "for a renderer of these slabs (16 bits, "
         "linear, "
         "slab); the goal is an RMS error of at most %g times the floor. Fitted lines are not bound by it. Worst here: "
         "<b>%.3f</b>. Where a view runs along an axis, slab "

@@ -73,7 +73,7 @@ static bool draw_rate(struct report_stage *stage, const char *name, size_t i, st
     struct vit_frame ideal = {0}, truth = stage->truth;
     if (!report_stage_plan(stage, &setting, &plan))
         return true;
-    if (!report_stage_ideal(stage, &plan, &ignored, &ideal))
+    if (!report_stage_ideal(stage, &plan, false, &ignored, &ideal))
         return false;
     rounding->slices[i] = plan.slab_count;
     stage->truth = ideal;
