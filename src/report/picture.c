@@ -2,7 +2,6 @@
 #include "report_private.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "vitrine/image.h"
 #include "vitrine/reference.h"
@@ -148,12 +147,6 @@ bool report_stage_ideal(struct report_stage *stage, const struct vit_plan *plan,
     return ok;
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* One frame to warm up, then frames until there has been enough time: of the plan, or of it and another in turn, with
  * all that has to be made anew for each. The plan's own is the last. */
 static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan *other,
@@ -173,10 +166,7 @@ static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *pla
     }
     if (other && runs % 2 == 0 && (!vit_renderer_prepare(renderer, plan, NULL) || !vit_renderer_draw(renderer, plan)))
         return false;
-    qsort(ms, runs, sizeof ms[0], compare_numbers);
-    row->ms_min = ms[0];
-    row->ms_median = 0.5 * (ms[(runs - 1) / 2] + ms[runs / 2]);
-    row->ms_max = ms[runs - 1];
+    report_fill_times(row, ms, runs);
     return true;
 }
 

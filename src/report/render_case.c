@@ -2,7 +2,6 @@
 #include "render_case.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 struct render_case render_case_default(struct vit_gl *gl, const struct vit_log *log)
 {
@@ -61,12 +60,6 @@ void render_case_take_camera(struct vit_plan *plan, const struct vit_camera *cam
     plan->slab_count = (int)fmax(0, ceil(near_mm / plan->slab_mm - 1e-9) - plan->slab_first);
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 bool render_case_draw(struct render_case *scene, int runs, struct vit_frame *frame, struct report_row *row)
 {
     double ms[9] = {0};
@@ -85,10 +78,7 @@ bool render_case_draw(struct render_case *scene, int runs, struct vit_frame *fra
     }
     if (row) {
         struct vit_render_stats stats = vit_renderer_stats(scene->renderer);
-        qsort(ms, (size_t)runs, sizeof ms[0], compare_numbers);
-        row->ms_min = ms[0];
-        row->ms_median = ms[runs / 2];
-        row->ms_max = ms[runs - 1];
+        report_fill_times(row, ms, (size_t)runs);
         row->setup_ms = setup_ms;
         row->bytes = (double)stats.texture_bytes;
         row->slices = stats.slices;

@@ -59,6 +59,8 @@ struct report_errors {
 void report_take(struct report_errors *errors, double got, double wanted);
 void report_fill_errors(struct report_row *row, const struct report_errors *errors);
 
+/* Minimum, median and maximum of `count` (from 1) times; sorts them. */
+void report_fill_times(struct report_row *row, double *ms, size_t count);
 /* Runs `work` once to warm up and then `runs` times (1 to 101). */
 void report_time(struct report_row *row, int runs, void (*work)(void *user), void *user);
 

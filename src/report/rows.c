@@ -100,6 +100,14 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+void report_fill_times(struct report_row *row, double *ms, size_t count)
+{
+    qsort(ms, count, sizeof ms[0], compare_numbers);
+    row->ms_min = ms[0];
+    row->ms_median = 0.5 * (ms[(count - 1) / 2] + ms[count / 2]);
+    row->ms_max = ms[count - 1];
+}
+
 void report_time(struct report_row *row, int runs, void (*work)(void *user), void *user)
 {
     double ms[101];
@@ -109,10 +117,7 @@ void report_time(struct report_row *row, int runs, void (*work)(void *user), voi
         work(user);
         ms[i] = (double)(vit_clock_ns() - start) * 1e-6;
     }
-    qsort(ms, (size_t)runs, sizeof ms[0], compare_numbers);
-    row->ms_min = ms[0];
-    row->ms_median = ms[runs / 2];
-    row->ms_max = ms[runs - 1];
+    report_fill_times(row, ms, (size_t)runs);
 }
 
 char *report_path(const struct report *report, const char *name)

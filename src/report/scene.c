@@ -9,7 +9,8 @@
 #define RATES_MOST      6
 #define CANDIDATES_MOST 128
 #define LINES_MOST      16
-#define ENOUGH_MS       120
+#define ROUNDS          3  /* ways near the front are timed so often, all in turn: a busy minute is everybody's */
+#define ENOUGH_MS       40 /* of frames, each time */
 #define DIFFERENCE_GAIN 16.0
 /* What is asked where the user asks nothing: 25 frames a second; one step of an 8-bit picture. */
 #define BUDGET_MS 40.0
@@ -19,12 +20,13 @@
 struct candidate {
     char name[40], options[256];
     double ms, rms, max;
+    struct report_setting setting; /* of what GL drew; else slices_per_voxel is 0 */
+    size_t row;                    /* in the report */
 };
 /* The same at several numbers of slabs: a line of the plot. */
 struct line {
     char name[28];
-    double ms[RATES_MOST], rms[RATES_MOST];
-    size_t count;
+    size_t first, count; /* candidates */
     bool dashed;
     int color;
 };
@@ -65,7 +67,8 @@ static struct candidate *candidate_add(struct scene *scene, const char *name, co
     static struct candidate waste;
     bool fits = scene->candidate_count < CANDIDATES_MOST;
     struct candidate *candidate = fits ? &scene->candidates[scene->candidate_count++] : &waste;
-    *candidate = (struct candidate){.ms = row->ms_median, .rms = row->err_rms, .max = row->err_max};
+    *candidate = (struct candidate){
+        .ms = row->ms_median, .rms = row->err_rms, .max = row->err_max, .row = (size_t)(row - scene->report.rows)};
     snprintf(candidate->name, sizeof candidate->name, "%s", name);
     return candidate;
 }
@@ -81,9 +84,10 @@ static bool measure_one(struct scene *scene, struct line *line, const struct rep
     struct report_row *row = report_add(&scene->report, case_name, name);
     if (!report_stage_draw(&scene->stage, &plan, row, NULL))
         return false;
-    line->ms[line->count] = row->ms_median;
-    line->rms[line->count++] = row->err_rms;
-    report_setting_options(setting, candidate_add(scene, name, row)->options, sizeof scene->candidates[0].options);
+    struct candidate *candidate = candidate_add(scene, name, row);
+    candidate->setting = *setting;
+    report_setting_options(setting, candidate->options, sizeof candidate->options);
+    line->count = scene->candidate_count - line->first;
     return true;
 }
 
@@ -93,7 +97,8 @@ static bool measure_line(struct scene *scene, struct report_setting setting, enu
     struct line *line = &scene->lines[scene->line_count];
     char case_name[64];
     report_view_name(&scene->stage.view, case_name, sizeof case_name);
-    *line = (struct line){.dashed = setting.bits == 8 || setting.path || setting.line, .color = color};
+    *line = (struct line){
+        .first = scene->candidate_count, .dashed = setting.bits == 8 || setting.path || setting.line, .color = color};
     const char *more = target         ? vit_target_name(target)
                        : setting.path ? vit_path_name(setting.path)
                        : setting.line ? vit_line_name(setting.line)
@@ -138,6 +143,55 @@ static bool measure_settings(struct scene *scene)
     return measure_line(scene, half, VIT_TARGET_RGBA16F, 7) && measure_line(scene, bytes, VIT_TARGET_RGBA8, 8) &&
            measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8) &&
            (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 7));
+}
+
+/* Whether a busy moment may have kept it from the front: nothing else is as good in two thirds of its time. */
+static bool may_be_front(const struct scene *scene, const struct candidate *candidate)
+{
+    for (size_t i = 0; i < scene->candidate_count; i++)
+        if (scene->candidates[i].rms <= candidate->rms && scene->candidates[i].ms < candidate->ms / 1.5)
+            return false;
+    return candidate->setting.slices_per_voxel > 0;
+}
+
+/* Times `candidate` once more. Extremes are of all rounds; the median is its own. */
+static bool time_again(struct scene *scene, const struct candidate *candidate, double *ms)
+{
+    struct report_row *row = &scene->report.rows[candidate->row], now = *row;
+    struct vit_plan plan;
+    if (!report_stage_plan(&scene->stage, &candidate->setting, &plan) ||
+        !report_stage_draw(&scene->stage, &plan, &now, NULL))
+        return false;
+    row->ms_min = fmin(row->ms_min, now.ms_min);
+    row->ms_max = fmax(row->ms_max, now.ms_max);
+    *ms = now.ms_median;
+    return true;
+}
+
+/* Measured one after another only, lines would be bent by whatever else this machine does meanwhile. */
+static bool measure_again(struct scene *scene)
+{
+    size_t count = scene->candidate_count;
+    double(*ms)[ROUNDS] = vit_alloc_zero(CANDIDATES_MOST, sizeof *ms);
+    bool ok = ms && !scene->report.failed;
+    for (size_t step = 0; ok && step < ROUNDS * count; step++) {
+        const struct candidate *candidate = &scene->candidates[step % count];
+        double *now = &ms[step % count][step / count];
+        *now = candidate->ms;
+        if (!vit_progress_step(scene->report.progress, "timing the best again", step, ROUNDS * count)) {
+            vit_error(scene->report.log, "report scene: cancelled");
+            ok = false;
+        } else if (step >= count && may_be_front(scene, candidate)) {
+            ok = time_again(scene, candidate, now);
+        }
+    }
+    for (size_t i = 0; ok && i < count; i++) {
+        struct report_row median;
+        report_fill_times(&median, ms[i], ROUNDS);
+        scene->candidates[i].ms = scene->report.rows[scene->candidates[i].row].ms_median = median.ms_median;
+    }
+    vit_free(ms);
+    return ok;
 }
 
 static bool measure_reference(struct scene *scene)
@@ -214,15 +268,20 @@ static void answer(struct scene *scene)
 static void error_plot(struct scene *scene)
 {
     struct report_series series[LINES_MOST];
+    double ms[CANDIDATES_MOST], rms[CANDIDATES_MOST];
     struct report_point points[CANDIDATES_MOST], front[CANDIDATES_MOST];
     size_t count = points_of(scene, points), kept = 0;
     for (size_t i = 0; i < count; i++)
         if (points[i].front && strcmp(points[i].label, "reference") != 0)
             front[kept++] = points[i];
+    for (size_t i = 0; i < scene->candidate_count; i++) {
+        ms[i] = scene->candidates[i].ms;
+        rms[i] = scene->candidates[i].rms;
+    }
     for (size_t i = 0; i < scene->line_count; i++) {
         const struct line *line = &scene->lines[i];
-        series[i] =
-            (struct report_series){line->name, line->ms, line->rms, line->count, line->dashed, true, line->color};
+        series[i] = (struct report_series){line->name, ms + line->first, rms + line->first, line->count, line->dashed,
+                                           true,       line->color};
     }
     report_plot_write(&scene->report,
                       &(struct report_plot){.file = "error-time.svg",
@@ -279,7 +338,8 @@ static void put_intro(const struct scene *scene, FILE *out)
           "over "
           "the background and the whole picture, full scale 1, against the continuous integral of the linearly "
           "interpolated field in double precision. The time is the median of three to nine frames after a warm-up, "
-          "each waited for; set-up (textures, tables, programs) stands apart.</p>\n",
+          "each waited for; of what comes near the front it is the median of three such rounds, all ways in turn. "
+          "Set-up (textures, tables, programs) stands apart.</p>\n",
           out);
 }
 
@@ -330,7 +390,7 @@ static bool scene_run(struct scene *scene)
                                          .keep_count = given->keep_count,
                                          .enough_ms = ENOUGH_MS};
     choose_rates(scene);
-    if (!measure_reference(scene) || !measure_settings(scene) || !draw_pictures(scene) ||
+    if (!measure_reference(scene) || !measure_settings(scene) || !measure_again(scene) || !draw_pictures(scene) ||
         !report_lights_measure(&scene->stage, &scene->lights) || !report_floors_measure(&scene->stage, &scene->floors))
         return false;
     answer(scene);

@@ -14,7 +14,8 @@
 #                  9p = the host's / read-only under a tmpfs overlay (needs no -b/-f)
 #   -m MIB         guest memory (default 1024)
 #   -c N           guest processors (default 2)
-#   -a ACCEL       auto (default) | kvm | tcg
+#   -a ACCEL       auto (default) | kvm | tcg | icount (tcg, one processor, whose clock counts its instructions, one
+#                  a nanosecond: the guest's time does not depend on the host's load)
 #   -o DIR         output folder (default ./kms-out): console.log run.log NAME.png
 #   -k DEB         kernel .deb (default: newest linux-image-*-amd64_*.deb in $KMS_CACHE,
 #                  else fetched there by apt-get download)
@@ -84,7 +85,11 @@ if [ "$accel" = auto ]; then
   accel=tcg; [ -w /dev/kvm ] && grep -qwE 'vmx|svm' /proc/cpuinfo && accel=kvm
 fi
 # Under emulation a processor without AVX: with `max`, QEMU 7.2 makes holes in what llvmpipe draws.
-case $accel in kvm) acc="-accel kvm -cpu host";; *) acc="-accel tcg,thread=multi,tb-size=512 -cpu Nehalem";; esac
+case $accel in
+  kvm) acc="-accel kvm -cpu host";;
+  icount) acc="-accel tcg,thread=single,tb-size=512 -cpu Nehalem -icount shift=0" cpus=1;;
+  *) acc="-accel tcg,thread=multi,tb-size=512 -cpu Nehalem";;
+esac
 
 # ---- display
 w=${geo%x*} h=${geo#*x}
