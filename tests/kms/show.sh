@@ -116,9 +116,11 @@ run() { # SCENE CARD SIZE
         printf 'binary=%s mode=%s card=%s common="%s"\n' "$VITRINE" "$size" "$card" "$common" &&
             cat "$here/guest.sh" "$here/scenes/$scene.sh" && echo 'say end'
     } >"$tap_dir/scene.sh" || return 1
+    rm -f "$out/console.log"
     "$here/run-kms.sh" -t "${KMS_LIMIT:-110}" "${options[@]}" -b "$VITRINE" -f /usr/share/X11/xkb -f /usr/share/libinput \
         -f "$tap_dir/scene.sh:/scene.sh" -o "$out" -- "sh /scene.sh" >"$tap_out" 2>&1 || status=$?
-    [ $status -ne 2 ] || return 2
+    # 2 is run-kms.sh's, which says what it misses, unless it is the guest's own.
+    [ $status -ne 2 ] || [ -s "$out/console.log" ] || return 2
     tr -d '\r' <"$out/console.log" >"$out/console.txt" 2>/dev/null
     mv "$out/console.txt" "$out/console.log"
     awk -v out="$out" '/^kms-picture: / { if (name) close(name); name = $2 == "end" ? "" : out "/" $2 ".b64"; next } name { print >name }' "$out/console.log"

@@ -3,7 +3,7 @@
 keyboards
 for way in atomic legacy; do
     if [ $way = legacy ]; then start --no-atomic; else start; fi
-    verdict "$way mode setting" grep -q "$way\$" $log
+    verdict "$way mode setting" grep -q "show: on .*, $way, seat" $log
     shot $way
     say "same $way"
     [ $way = legacy ] || idle
