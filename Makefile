@@ -38,7 +38,7 @@ say = $(if $(filter 1,$(V)),,@printf '%-5s %s\n' '$(1)' '$(2)')
 # Packages -------------------------------------------------------------------------------------------------
 # Both fragments are made by installing what is missing; make then starts over with them. Goals that build nothing
 # need neither; goals that only build the binary do not need what the tests need.
-PKGS := libopenjp2 expat egl glesv2 libpng zlib yaml-0.1 jansson cairo gbm libdrm libseat libinput xkbcommon
+PKGS := libopenjp2 libzip expat egl glesv2 libpng zlib yaml-0.1 jansson cairo gbm libdrm libseat libinput xkbcommon
 HOST_GOALS := help clean install-deps install-deps-check uninstall include-rules
 BUILD_GOALS := all run install $(O)/vitrine
 GOALS := $(or $(MAKECMDGOALS),all)

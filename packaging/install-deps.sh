@@ -5,7 +5,7 @@
 set -eu
 build="gcc g++ libc6-dev pkg-config
     libegl-dev libgles-dev libegl-mesa0 libgl1-mesa-dri
-    libpng-dev zlib1g-dev libyaml-dev libjansson-dev libdcmtk-dev libopenjp2-7-dev libexpat1-dev
+    libpng-dev zlib1g-dev libyaml-dev libjansson-dev libdcmtk-dev libopenjp2-7-dev libzip-dev libexpat1-dev
     libdrm-dev libgbm-dev libseat-dev libinput-dev libxkbcommon-dev
     libcairo2-dev fonts-dejavu-core"
 check="git libcmocka-dev clang clang-format clang-tidy cppcheck shellcheck libomp-dev libclang-rt-14-dev dicom3tools dcmtk"

@@ -61,8 +61,9 @@ struct vit_dicom_stack {
 
 /* What was found in a set of paths. */
 struct vit_dicom_scan;
-/* Paths are files or folders (walked recursively; FIFOs and devices are skipped, symlink loops harmless). Headers are
- * read in parallel. NULL (logged) when a path cannot be read or nothing in them is DICOM. */
+/* Paths are files, folders (walked recursively; FIFOs and devices are skipped, symlink loops harmless), DICOMDIRs, or
+ * zips, whose members are read in memory and named by number. Headers are read in parallel. NULL (logged) when a path
+ * cannot be read or nothing in them is DICOM. */
 struct vit_dicom_scan *vit_dicom_scan_create(const char *const *paths, size_t path_count, const struct vit_log *log,
                                              const struct vit_progress *progress);
 size_t vit_dicom_scan_stack_count(const struct vit_dicom_scan *scan);
@@ -80,7 +81,8 @@ VIT_NODISCARD bool vit_dicom_stack_read(const struct vit_dicom_scan *scan, size_
                                         const struct vit_log *log, const struct vit_progress *progress);
 void vit_dicom_scan_destroy(struct vit_dicom_scan **scan);
 
-/* True if the path is a folder, or a file that starts like DICOM (preamble, or a plausible first element). */
+/* True if the path is a folder, or a file that starts like DICOM (preamble, or a plausible first element) or
+ * a zip. */
 bool vit_dicom_probe(const char *path);
 
 /* Writes a CT Image Storage series (one file a slice, IM0001.dcm …) into `folder`, which is made, and must be empty or

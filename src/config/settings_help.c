@@ -82,7 +82,7 @@ static void command_help(const struct vit_command_row *row, FILE *out)
     fprintf(out, "vitrine %s %s\n\n", row->name, row->arguments);
     wrap(out, row->text, 0, 0);
     if (strstr(row->arguments, "INPUT"))
-        fputs("INPUT is a DICOM file, folder or DICOMDIR, several files of one stack, an NRRD/NHDR file, or\n"
+        fputs("INPUT is a DICOM file, folder, DICOMDIR or zip, several files of one stack, an NRRD/NHDR file, or\n"
               "phantom:KIND, a built-in test object (`vitrine phantom list`).\n",
               out);
     options_print(row, out);

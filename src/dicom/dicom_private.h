@@ -1,5 +1,6 @@
 /* What the files of this folder share. C++ only; nothing of it crosses into C. The way of a file through here:
- *   walk.cc (names) -> header.cc (one Slice a frame, with fields.cc, frames.cc, fragments.cc) -> group.cc (stacks)
+ *   walk.cc (names; archive.cc: zips) -> header.cc (one Slice a frame, with fields.cc, frames.cc, offsets.cc, table.cc,
+ *   fragments.cc) -> group.cc (stacks)
  *   -> geometry.cc (order, matrix, refusals) -> values.cc (what the samples will be) -> read.cc (pixels).
  * write.cc goes the other way; shim.cc is the C side. */
 #ifndef VITRINE_DICOM_PRIVATE_H
@@ -9,11 +10,22 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 #include "vitrine/dicom.h"
 
 namespace vitdicom {
+
+class Archive;
+struct Unpacked;
+
+/* A file to look at: by itself, or a member of a zip, whose `path` is the zip's and a number. */
+struct Found {
+    std::string path; /* as shown */
+    std::shared_ptr<Archive> archive;
+    uint64_t member = 0;
+};
 
 /* What the pixel data is written in; native: uncompressed. */
 enum class Coding { native, rle, jpeg, jpeg_ls, jpeg2000 };
@@ -74,7 +86,7 @@ struct Table {
 
 /* One frame: a file's header, or one of a multi-frame file's. */
 struct Slice {
-    std::string path;
+    Found file;
     unsigned frame = 0; /* from 1 in a multi-frame file */
     uint64_t file_bytes = 0;
     std::string refused; /* readable as DICOM, but not by us: one line */
@@ -116,7 +128,7 @@ struct Slice {
     uint64_t pixel_offset = 0;       /* native: where the frame lies */
     std::vector<Fragment> fragments; /* coded: the frame's */
     bool big_endian = false, pixel_is_words = false;
-    bool deflated = false; /* pixel_offset counts in the inflated copy */
+    std::shared_ptr<Unpacked> unpacked; /* not NULL: offsets count in the unpacked, inflated file */
     std::string transfer_syntax;
 };
 
@@ -166,9 +178,9 @@ bool library_init(const vit_log *log);
 /* True if a decoder of this thread met damaged data since the last call. */
 bool library_heard_damage();
 
-/* walk.cc: regular files under `paths`, sorted, each once. Folders that cannot be opened go to `rejected`. False
- * (logged) when one of `paths` itself cannot be read. */
-bool walk(const char *const *paths, size_t count, std::vector<std::string> &files, std::vector<std::string> &rejected,
+/* walk.cc: regular files under `paths`, and members of those that are zips, sorted, each once. Folders that cannot be
+ * opened go to `rejected`. False (logged) when one of `paths` itself cannot be read. */
+bool walk(const char *const *paths, size_t count, std::vector<Found> &files, std::vector<std::string> &rejected,
           const vit_log *log);
 bool is_folder(const char *path);
 /* dicomdir.cc: is the file a directory of a medium, and which files does it name? False: it cannot be read. */
@@ -178,21 +190,19 @@ bool dicomdir_read(const std::string &path, std::vector<std::string> &files, std
 bool is_vr(const unsigned char *two);
 enum class Probe { dicom, other, unreadable };
 Probe probe_file(const char *path);
+Probe probe_bytes(const unsigned char *head, size_t bytes); /* the first 132, or all */
 
-/* inflate.cc: if the file is deflated, out.fd becomes an inflated copy of it in memory, else stays -1. False: it is
- * deflated but cannot be inflated. */
-struct Inflated {
-    int fd = -1;
-    ~Inflated();
-    std::string path() const;
-};
-bool inflate_file(const std::string &path, Inflated &out);
+/* file.cc (and archive_private.h): for a file whose bytes are not on the disk as they are read; gives memory back; -1:
+ * none. */
+std::shared_ptr<Unpacked> file_unpacked();
+void file_release(const Slice &slice);
+off_t file_size(const std::string &path);
 
 /* nesting.cc: false if sequences are nested too deep for a recursive parser. */
 bool is_shallow(int fd, uint64_t file_bytes);
 
 /* header.cc: reads one header, a Slice for every frame. False: no image for us, `reason` says why. */
-bool header_read(const std::string &path, std::vector<Slice> &slices, std::string &reason);
+bool header_read(const Found &file, std::vector<Slice> &slices, std::string &reason);
 
 /* fragments.cc: the items of compressed pixel data whose value begins at `offset`, dealt to `frames` frames (PS3.5
  * A.4); `table`: ExtendedOffsetTable's offsets, empty when there is none. False: `why` is one line. */

@@ -33,7 +33,7 @@ std::string series_of(const Slice &slice)
 {
     if (!slice.series_uid.empty())
         return slice.series_uid;
-    return "in " + slice.path.substr(0, slice.path.find_last_of('/') + 1);
+    return "in " + slice.file.path.substr(0, slice.file.path.find_last_of('/') + 1);
 }
 
 std::vector<Slices> by_plane(const std::vector<Slice> &slices)

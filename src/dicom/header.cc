@@ -12,6 +12,7 @@
 #include "dcmtk/dcmdata/dcuid.h"
 #include "dcmtk/dcmdata/dcxfer.h"
 
+#include "archive_private.h"
 #include "fields_private.h"
 
 #include <cmath>
@@ -336,56 +337,51 @@ bool parse(const std::string &path, Header &header, std::vector<Slice> &slices, 
     return measure(header, slices, reason);
 }
 
-bool read_open(const std::string &path, const std::string &from, Header &header, std::vector<Slice> &slices,
-               std::string &reason)
+bool read_open(const File &file, Header &header, std::vector<Slice> &slices, std::string &reason)
 {
     struct stat status;
-    header.fd = open(from.c_str(), O_RDONLY | O_CLOEXEC);
-    if (header.fd < 0 || fstat(header.fd, &status) != 0) {
+    header.fd = file.fd();
+    if (fstat(header.fd, &status) != 0) {
         reason = "cannot be read";
-        if (header.fd >= 0)
-            close(header.fd);
         return false;
     }
-    header.base.path = path;
     header.base.file_bytes = uint64_t(status.st_size);
-    bool ok = false;
     try {
-        if (!is_shallow(header.fd, header.base.file_bytes))
-            reason = "damaged DICOM header: sequences nested beyond reason";
-        else
-            ok = parse(from, header, slices, reason);
+        if (is_shallow(header.fd, header.base.file_bytes))
+            return parse(file.path(header.base.file), header, slices, reason);
+        reason = "damaged DICOM header: sequences nested beyond reason";
     } catch (...) {
         reason = "damaged DICOM header";
     }
-    close(header.fd);
-    return ok;
+    return false;
+}
+
+bool is_dicom(const Found &file, std::string &reason)
+{
+    Probe probe = file.archive ? file.archive->probe(file.member, reason) : probe_file(file.path.c_str());
+    if (probe == Probe::other)
+        reason = file.archive || !is_zip(file.path) ? "not DICOM" : "a zip; name it by itself to have it read";
+    else if (probe == Probe::unreadable && reason.empty())
+        reason = "cannot be read";
+    return probe == Probe::dicom;
 }
 
 } // namespace
 
-bool header_read(const std::string &path, std::vector<Slice> &slices, std::string &reason)
+bool header_read(const Found &file, std::vector<Slice> &slices, std::string &reason)
 {
-    switch (probe_file(path.c_str())) {
-    case Probe::unreadable:
-        reason = "cannot be read";
-        return false;
-    case Probe::other:
-        reason = "not DICOM";
-        return false;
-    case Probe::dicom:
-        break;
-    }
-    Inflated inflated;
-    if (!inflate_file(path, inflated)) {
-        reason = "deflated data is damaged, or inflates to more than 2 GB";
+    File bytes;
+    if (!is_dicom(file, reason) || !bytes.open(file, reason)) {
+        reason = one_line(reason);
         return false;
     }
     Header header{};
-    header.base.deflated = inflated.fd >= 0;
-    bool ok = read_open(path, header.base.deflated ? inflated.path() : path, header, slices, reason);
+    header.base.file = file;
+    if (bytes.is_unpacked())
+        header.base.unpacked = file_unpacked();
+    bool ok = read_open(bytes, header, slices, reason);
     for (Slice &slice : slices)
-        if (slice.deflated)
+        if (bytes.deflated)
             slice.transfer_syntax = DcmXfer(EXS_DeflatedLittleEndianExplicit).getXferName();
     reason = one_line(reason);
     return ok;

@@ -5,7 +5,7 @@
 
 #include "dcmtk/dcmdata/dcistrmf.h"
 
-#include "dicom_private.h"
+#include "archive_private.h"
 
 #include <algorithm>
 #include <cstring>
@@ -40,7 +40,48 @@ size_t end_of_meta(const unsigned char *head, size_t bytes)
     return deflated ? at : 0;
 }
 
-bool write_all(int fd, const void *bytes, size_t count)
+/* A preamble and the one element of group 0002 that a reader needs: explicit VR little endian. */
+bool write_head(Memory &out)
+{
+    static const char element[] = "DICM\x02\x00\x10\x00UI\x14\x00"
+                                  "1.2.840.10008.1.2.1\0";
+    char head[128 + sizeof element - 1] = {0};
+    memcpy(head + 128, element, sizeof element - 1);
+    return out.append(head, sizeof head);
+}
+
+bool inflate_body(const std::string &path, size_t offset, uint64_t most, Memory &out)
+{
+    DcmInputFileStream stream(OFFilename(path.c_str()), offile_off_t(offset));
+    if (stream.status().bad() || stream.installCompressionFilter(ESC_zlib).bad())
+        return false;
+    std::vector<char> block(65536);
+    uint64_t total = 0;
+    for (;;) {
+        offile_off_t got = stream.read(block.data(), offile_off_t(block.size()));
+        if (got <= 0)
+            return stream.status().good() && total > 0;
+        total += uint64_t(got);
+        if (total > most || !out.append(block.data(), size_t(got)))
+            return false;
+    }
+}
+
+} // namespace
+
+Memory::~Memory()
+{
+    if (fd >= 0)
+        close(fd);
+}
+
+bool Memory::create()
+{
+    fd = vit_fault() ? -1 : memfd_create("vitrine-unpacked", MFD_CLOEXEC);
+    return fd >= 0;
+}
+
+bool Memory::append(const void *bytes, size_t count)
 {
     const char *at = static_cast<const char *>(bytes);
     while (count > 0) {
@@ -53,47 +94,12 @@ bool write_all(int fd, const void *bytes, size_t count)
     return true;
 }
 
-/* A preamble and the one element of group 0002 that a reader needs: explicit VR little endian. */
-bool write_head(int fd)
-{
-    static const char element[] = "DICM\x02\x00\x10\x00UI\x14\x00"
-                                  "1.2.840.10008.1.2.1\0";
-    char head[128 + sizeof element - 1] = {0};
-    memcpy(head + 128, element, sizeof element - 1);
-    return write_all(fd, head, sizeof head);
-}
-
-bool inflate_body(const std::string &path, size_t offset, uint64_t most, int fd)
-{
-    DcmInputFileStream stream(OFFilename(path.c_str()), offile_off_t(offset));
-    if (stream.status().bad() || stream.installCompressionFilter(ESC_zlib).bad())
-        return false;
-    std::vector<char> block(65536);
-    uint64_t total = 0;
-    for (;;) {
-        offile_off_t got = stream.read(block.data(), offile_off_t(block.size()));
-        if (got <= 0)
-            return stream.status().good() && total > 0;
-        total += uint64_t(got);
-        if (total > most || !write_all(fd, block.data(), size_t(got)))
-            return false;
-    }
-}
-
-} // namespace
-
-Inflated::~Inflated()
-{
-    if (fd >= 0)
-        close(fd);
-}
-
-std::string Inflated::path() const
+std::string Memory::path() const
 {
     return "/proc/self/fd/" + std::to_string(fd);
 }
 
-bool inflate_file(const std::string &path, Inflated &out)
+bool inflate_file(const std::string &path, Memory &out)
 {
     int in = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (in < 0)
@@ -108,10 +114,9 @@ bool inflate_file(const std::string &path, Inflated &out)
     /* A header so damaged that we do not find what DCMTK may: not to be given to it (see above). */
     if (!offset)
         return memmem(head, size_t(bytes), DEFLATED, sizeof DEFLATED - 1) == nullptr;
-    out.fd = vit_fault() ? -1 : memfd_create("vitrine-inflated", MFD_CLOEXEC);
     /* zlib cannot expand more than 1032:1. */
     uint64_t most = std::min(MOST_BYTES, uint64_t(size) * 1032);
-    return out.fd >= 0 && write_head(out.fd) && inflate_body(path, offset, most, out.fd);
+    return out.create() && write_head(out) && inflate_body(path, offset, most, out);
 }
 
 } // namespace vitdicom

@@ -126,7 +126,7 @@ void warn(Stack &stack, Warning warning, const char *text, ...)
 
 std::string slice_name(const Slice &slice)
 {
-    std::string name = file_name(slice.path);
+    std::string name = file_name(slice.file.path);
     return slice.frame ? name + " frame " + std::to_string(slice.frame) : name;
 }
 

@@ -9,7 +9,7 @@
 #include "dcmtk/dcmdata/dcpixseq.h"
 #include "dcmtk/dcmdata/dcpxitem.h"
 
-#include "dicom_private.h"
+#include "archive_private.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -21,35 +21,6 @@
 namespace vitdicom {
 
 namespace {
-
-/* An open file, or the inflated copy of one. */
-class File {
-    Inflated inflated;
-    int own = -1;
-
-  public:
-    ~File()
-    {
-        if (own >= 0)
-            close(own);
-    }
-    int fd() const
-    {
-        return inflated.fd >= 0 ? inflated.fd : own;
-    }
-    bool open_slice(const Slice &slice, std::string &why)
-    {
-        if (slice.deflated && (!inflate_file(slice.path, inflated) || inflated.fd < 0)) {
-            why = "deflated data is damaged";
-            return false;
-        }
-        if (!slice.deflated)
-            own = vit_fault() ? -1 : open(slice.path.c_str(), O_RDONLY | O_CLOEXEC);
-        if (fd() < 0)
-            why = std::string("cannot be opened: ") + strerror(errno);
-        return fd() >= 0;
-    }
-};
 
 bool host_is_big_endian()
 {
@@ -104,7 +75,7 @@ bool read_native(const Slice &slice, const Encoding &encoding, void *out, uint8_
         at = wide.data();
     }
     File file;
-    if (!file.open_slice(slice, why) || !read_cells(slice, file.fd(), at, why))
+    if (!file.open(slice, why) || !read_cells(slice, file.fd(), at, why))
         return false;
     clamped += convert(slice, slice.format, encoding, at, out, count, padded);
     return true;
@@ -117,7 +88,7 @@ bool gather(const Slice &slice, std::vector<uint8_t> &bytes, std::string &why)
     for (const Fragment &fragment : slice.fragments)
         total += fragment.bytes;
     bytes.resize(total);
-    if (!file.open_slice(slice, why))
+    if (!file.open(slice, why))
         return false;
     for (const Fragment &fragment : slice.fragments) {
         if (!read_all_at(file.fd(), bytes.data() + at, fragment.bytes, fragment.offset)) {

@@ -1,5 +1,5 @@
 /* The C side: every function here is extern "C" and lets no exception out. */
-#include "dicom_private.h"
+#include "archive_private.h"
 
 #include <algorithm>
 #include <cctype>
@@ -56,7 +56,7 @@ void share_tables(Tables &shared, std::vector<Slice> &slices)
     }
 }
 
-bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, const vit_log *log,
+bool read_headers(vit_dicom_scan &scan, const std::vector<Found> &files, const vit_log *log,
                   const vit_progress *progress)
 {
     std::vector<std::vector<Slice>> slices(files.size());
@@ -64,7 +64,7 @@ bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, c
     std::vector<char> ok(files.size(), 0);
     Tables tables;
     Loop loop(progress, "scan", files.size());
-#pragma omp parallel for schedule(dynamic, 4)
+#pragma omp parallel for schedule(dynamic, 4) if (files.size() > 8)
     for (size_t i = 0; i < files.size(); i++) {
         if (loop.stopped())
             continue;
@@ -84,7 +84,7 @@ bool read_headers(vit_dicom_scan &scan, const std::vector<std::string> &files, c
         if (ok[i])
             std::move(slices[i].begin(), slices[i].end(), std::back_inserter(scan.slices));
         else
-            scan.rejected.push_back(one_line(files[i]) + ": " + reasons[i]);
+            scan.rejected.push_back(one_line(files[i].path) + ": " + reasons[i]);
     return true;
 }
 
@@ -108,7 +108,7 @@ vit_dicom_scan *scan_create(const char *const *paths, size_t count, const vit_lo
     if (!library_init(log) || vit_fault())
         return nullptr;
     auto scan = std::make_unique<vit_dicom_scan>();
-    std::vector<std::string> files;
+    std::vector<Found> files;
     if (!walk(paths, count, files, scan->rejected, log) || !read_headers(*scan, files, log, progress))
         return nullptr;
     if (!anything_dicom(*scan)) {
@@ -120,6 +120,8 @@ vit_dicom_scan *scan_create(const char *const *paths, size_t count, const vit_lo
         return nullptr;
     }
     scan->stacks = group(scan->slices);
+    for (const Slice &slice : scan->slices) /* split() may have looked at pixels */
+        file_release(slice);
     return scan.release();
 }
 
@@ -190,7 +192,7 @@ bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_log *
     Loop loop(progress, "read", stack.slices.size());
     std::atomic<size_t> clamped_all{0};
     size_t count = stack.slices.size();
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (count > 4)
     for (size_t k = 0; k < count; k++) {
         if (loop.stopped())
             continue;
@@ -200,10 +202,12 @@ bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_log *
         bool done = stack.origins.empty() ? slice_read(*stack.slices[k], stack.encoding, out, nullptr, clamped, why)
                                           : lattice_read(stack, k, samples, clamped, why);
         if (!done && !loop.failed.exchange(true))
-            vit_error(log, "%s: %s", one_line(stack.slices[k]->path).c_str(), one_line(why).c_str());
+            vit_error(log, "%s: %s", one_line(stack.slices[k]->file.path).c_str(), one_line(why).c_str());
         clamped_all += clamped;
         loop.step();
     }
+    for (const Slice *slice : stack.slices)
+        file_release(*slice);
     if (loop.cancelled && !loop.failed)
         vit_error(log, "dicom: reading cancelled");
     if (clamped_all > 0)
@@ -280,7 +284,7 @@ void vit_dicom_scan_destroy(struct vit_dicom_scan **scan)
 bool vit_dicom_probe(const char *path)
 {
     try {
-        return path && (is_folder(path) || probe_file(path) == Probe::dicom);
+        return path && (is_folder(path) || probe_file(path) == Probe::dicom || is_zip(path));
     } catch (...) {
         return false;
     }

@@ -1,11 +1,10 @@
 /* Acquisitions and phases that share a series are told apart here: by whatever attribute explains why two slices lie at
  * one place. Nothing is ever interleaved on a guess: what cannot be told apart stays together, and geometry() refuses
  * it unless the slices that meet are the same picture. */
-#include "dicom_private.h"
+#include "archive_private.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -20,20 +19,18 @@ bool same_bytes(const Slice &a, const Slice &b)
 {
     if (a.file_bytes != b.file_bytes || a.frame != b.frame)
         return false;
-    FILE *file_a = fopen(a.path.c_str(), "rbe"), *file_b = fopen(b.path.c_str(), "rbe");
-    bool same = file_a && file_b;
+    File file_a, file_b;
+    std::string why;
+    if (!file_a.open(a, why) || !file_b.open(b, why))
+        return false;
     char block_a[16384], block_b[16384];
-    while (same) {
-        size_t got_a = fread(block_a, 1, sizeof block_a, file_a), got_b = fread(block_b, 1, sizeof block_b, file_b);
-        same = got_a == got_b && memcmp(block_a, block_b, got_a) == 0;
-        if (got_a < sizeof block_a)
-            break;
+    for (uint64_t at = 0; at < a.file_bytes; at += sizeof block_a) {
+        const size_t bytes = size_t(std::min<uint64_t>(a.file_bytes - at, sizeof block_a));
+        if (!read_all_at(file_a.fd(), block_a, bytes, at) || !read_all_at(file_b.fd(), block_b, bytes, at) ||
+            memcmp(block_a, block_b, bytes) != 0)
+            return false;
     }
-    if (file_a)
-        fclose(file_a);
-    if (file_b)
-        fclose(file_b);
-    return same;
+    return true;
 }
 
 /* The same picture, whatever it is written in: equal values at every pixel. */

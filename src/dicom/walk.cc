@@ -1,6 +1,6 @@
 /* Which files to look at: folders are walked without recursion of our own stack, every folder and file once (so that
  * symlink loops and double links do no harm), FIFOs, sockets and devices passed over without being opened. */
-#include "dicom_private.h"
+#include "archive_private.h"
 
 #include <algorithm>
 #include <cctype>
@@ -22,7 +22,7 @@ using Identity = std::pair<dev_t, ino_t>;
 struct Walk {
     std::vector<std::string> folders; /* still to be listed */
     std::set<Identity> seen;
-    std::vector<std::string> &files;
+    std::vector<Found> &files;
     std::vector<std::string> &rejected;
 };
 
@@ -34,7 +34,10 @@ void take(Walk &walk, const std::string &path, const struct stat &status)
         return;
     if (!walk.seen.insert({status.st_dev, status.st_ino}).second)
         return;
-    (folder ? walk.folders : walk.files).push_back(path);
+    if (folder)
+        walk.folders.push_back(path);
+    else
+        walk.files.push_back({path, nullptr, 0});
 }
 
 void list_folder(Walk &walk, const std::string &folder)
@@ -76,9 +79,23 @@ void take_dicomdir(Walk &walk, const std::string &path)
     }
 }
 
+/* Members by number: their names may say who the patient is. */
+bool take_zip(Walk &walk, const std::string &path, const struct stat &status, std::string &why)
+{
+    if (!walk.seen.insert({status.st_dev, status.st_ino}).second)
+        return true;
+    auto archive = std::make_shared<Archive>(path);
+    std::vector<uint64_t> members;
+    if (!archive->list(members, why))
+        return false;
+    for (uint64_t member : members)
+        walk.files.push_back({path + "[" + std::to_string(member + 1) + "]", archive, member});
+    return true;
+}
+
 } // namespace
 
-bool walk(const char *const *paths, size_t count, std::vector<std::string> &files, std::vector<std::string> &rejected,
+bool walk(const char *const *paths, size_t count, std::vector<Found> &files, std::vector<std::string> &rejected,
           const vit_log *log)
 {
     Walk state{{}, {}, files, rejected};
@@ -97,9 +114,15 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
             vit_error(log, "%s: cannot be read: %s", one_line(path).c_str(), strerror(errno));
             return false;
         }
+        std::string why;
         if (S_ISREG(status.st_mode) && is_dicomdir(path))
             take_dicomdir(state, path);
-        else
+        else if (S_ISREG(status.st_mode) && is_zip(path)) {
+            if (!take_zip(state, path, status, why)) {
+                vit_error(log, "%s: %s", one_line(path).c_str(), one_line(why).c_str());
+                return false;
+            }
+        } else
             take(state, path, status);
     }
     while (!state.folders.empty()) {
@@ -107,7 +130,9 @@ bool walk(const char *const *paths, size_t count, std::vector<std::string> &file
         state.folders.pop_back();
         list_folder(state, folder);
     }
-    std::sort(files.begin(), files.end());
+    std::sort(files.begin(), files.end(), [](const Found &a, const Found &b) {
+        return a.archive == b.archive && a.archive ? a.member < b.member : a.path < b.path;
+    });
     return true;
 }
 
@@ -148,6 +173,13 @@ bool is_folder(const char *path)
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
+Probe probe_bytes(const unsigned char *head, size_t bytes)
+{
+    if (bytes >= 132 && memcmp(head + 128, "DICM", 4) == 0)
+        return Probe::dicom;
+    return plausible_element(head, bytes) ? Probe::dicom : Probe::other;
+}
+
 Probe probe_file(const char *path)
 {
     int fd = vit_fault() ? -1 : open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -161,9 +193,7 @@ Probe probe_file(const char *path)
     close(fd);
     if (bytes < 0)
         return Probe::unreadable;
-    if (bytes == sizeof head && memcmp(head + 128, "DICM", 4) == 0)
-        return Probe::dicom;
-    return plausible_element(head, size_t(bytes)) ? Probe::dicom : Probe::other;
+    return probe_bytes(head, size_t(bytes));
 }
 
 } // namespace vitdicom

@@ -30,7 +30,7 @@ function tables() {
 
     # External headers: a pattern, and the modules that may include it.
     n = 0
-    room(++n, "^(dcmtk|openjpeg)", "dicom")
+    room(++n, "^(dcmtk|openjpeg)|^zip\\.h$", "dicom")
     room(++n, "^yaml\\.h$", "config")
     room(++n, "^GLES[23]?/|^GLES[23]/|^KHR/", "gl render")
     room(++n, "^EGL/", "gl display")
