@@ -40,6 +40,18 @@ uint16_t vit_sphere_quantise(const struct vit_sphere *sphere, const float vector
 void vit_sphere_quantise_array(const struct vit_sphere *sphere, size_t count, const float (*vector)[3],
                                uint16_t *index);
 
+/* ---- voxels that are asked for ---------------------------------------------------------------------------------- */
+
+/* A bit per voxel, rows along i padded to whole words. All zero: none. */
+struct vit_voxel_mask {
+    size_t n[3], row_words;
+    uint64_t *words; /* [(k·n[1] + j)·row_words + i/64], bit i % 64 */
+};
+VIT_NODISCARD bool vit_voxel_mask_init(struct vit_voxel_mask *mask, const size_t n[3]); /* no bit set; false: memory */
+void vit_voxel_mask_clear(struct vit_voxel_mask *mask);
+/* The next run [*first, *end) of set bits of a row (k·n[1] + j) from *end on; start with *end = 0. False: none. */
+bool vit_voxel_mask_next(const struct vit_voxel_mask *mask, size_t row, size_t *first, size_t *end);
+
 /* ---- normals of a volume ------------------------------------------------------------------------------------ */
 
 struct vit_normals_params {
@@ -47,6 +59,8 @@ struct vit_normals_params {
     /* One byte per brick as in vit_volume_stats: voxels of bricks with 0 get index and magnitude 0 without being looked
      * at. NULL (default): all are wanted. */
     const uint8_t *brick_wanted;
+    /* Voxels outside are left as they are in the arrays, and brick_wanted is not looked at. NULL (default). */
+    const struct vit_voxel_mask *mask;
     double magnitude_max; /* HU/mm that magnitude 255 stands for, > 0; default 1000. Larger ones are cut */
 };
 struct vit_normals_params vit_normals_params_default(void);
@@ -170,7 +184,8 @@ struct vit_voxel_light vit_voxel_light(const struct vit_light_model *model, cons
  * Parallel. False: cancelled (logged). */
 struct vit_surface_params {
     const uint8_t *brick_wanted;
-    double weight_max, factor_max; /* > 0 */
+    const struct vit_voxel_mask *mask; /* as in vit_normals_params */
+    double weight_max, factor_max;     /* > 0 */
 };
 VIT_NODISCARD bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_model *model,
                                     const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor,

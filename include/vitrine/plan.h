@@ -208,6 +208,13 @@ void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *vo
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 
+/* The voxels of them that can be asked for: those round every slab that may show anything. `mask` is of the volume's
+ * size, with no bit set; reach: vit_plan_lit_reach. False: out of memory (not logged). */
+VIT_NODISCARD bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct vit_volume *volume, int reach,
+                                       struct vit_voxel_mask *mask);
+/* How many voxels away from what is visible a slab's light may be taken, the longest of the three axes counting. */
+int vit_plan_lit_reach(const struct vit_plan *plan);
+
 /* Brick [across, down, axis] of a layout for a volume of n voxels. */
 struct vit_stack_brick vit_stack_brick_at(const struct vit_stack_layout *layout, const size_t n[3],
                                           const size_t brick[3]);

@@ -54,7 +54,9 @@ struct vit_shade {
     uint16_t *index;
     uint8_t *weight, *factor; /* NULL where the preset has no boundaries, no gradient opacity */
     uint8_t *sure;
-    uint8_t *wanted;                                    /* bricks whose voxels are known */
+    uint32_t *packed;                                   /* grey light: body and shine of a direction, 16 bits each */
+    struct vit_voxel_mask mask;                         /* voxels that are known; all else is 0 */
+    uint8_t *wanted;                                    /* bricks that hold any */
     uint64_t directions_from, surface_from, table_from; /* table_from: of all that is lit by it */
     bool grey;
 };

@@ -8,8 +8,11 @@
 static uint64_t hash_directions(const struct vit_plan *plan)
 {
     const struct vit_light_model *model = &plan->light.model;
-    uint64_t hash = vit_hash_transfer(VIT_HASH_START, plan->transfer); /* says which bricks are wanted */
+    uint64_t hash = vit_hash_transfer(VIT_HASH_START, plan->transfer); /* says which voxels are asked for */
+    const int reach = vit_plan_lit_reach(plan);
     hash = vit_hash_bytes(hash, &plan->classify, sizeof plan->classify);
+    hash = vit_hash_bytes(hash, &reach, sizeof reach);
+    hash = vit_hash_bytes(hash, &plan->texel, sizeof plan->texel);
     hash = vit_hash_bytes(hash, &model->kernel, sizeof model->kernel);
     hash = vit_hash_bytes(hash, &model->sphere, sizeof model->sphere);
     return vit_hash_bytes(hash, &model->subdivision, sizeof model->subdivision);
@@ -42,6 +45,23 @@ static size_t bricks_of(const struct vit_volume *volume)
     return stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
 }
 
+/* Voxels that are asked for, and the bricks that hold any. */
+static bool find_voxels(struct vit_shade *shade, const struct vit_volume *volume, const struct vit_plan *plan)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    shade->wanted = vit_alloc_zero(bricks_of(volume), 1);
+    if (!shade->wanted || !vit_voxel_mask_init(&shade->mask, plan->n) ||
+        !vit_plan_lit_voxels(plan, volume, vit_plan_lit_reach(plan), &shade->mask))
+        return false;
+    for (size_t row = 0; row < plan->n[1] * plan->n[2]; row++) {
+        size_t j = row % plan->n[1], k = row / plan->n[1];
+        uint8_t *wanted = shade->wanted + (k / VIT_BRICK * stats->bricks[1] + j / VIT_BRICK) * stats->bricks[0];
+        for (size_t first, end = 0; vit_voxel_mask_next(&shade->mask, row, &first, &end);)
+            memset(wanted + first / VIT_BRICK, 255, (end - 1) / VIT_BRICK - first / VIT_BRICK + 1);
+    }
+    return true;
+}
+
 static bool make_directions(struct vit_shade *shade, const struct vit_volume *volume, const struct vit_plan *plan,
                             const struct vit_log *log, const struct vit_progress *progress)
 {
@@ -49,17 +69,15 @@ static bool make_directions(struct vit_shade *shade, const struct vit_volume *vo
     struct vit_normals_params params = vit_normals_params_default();
     size_t voxels = plan->n[0] * plan->n[1] * plan->n[2];
     shade->sphere = vit_sphere_create(model->sphere, model->subdivision, log);
-    shade->wanted = vit_alloc(bricks_of(volume), 1);
-    shade->index = vit_alloc(voxels, sizeof *shade->index);
     if (!shade->sphere)
         return false;
-    if (!shade->wanted || !shade->index) {
+    shade->index = vit_alloc_zero(voxels, sizeof *shade->index);
+    if (!shade->index || !find_voxels(shade, volume, plan)) {
         vit_error(log, "out of memory for the directions of %zu voxels", voxels);
         return false;
     }
-    vit_plan_lit_bricks(plan, volume, shade->wanted);
     params.kernel = model->kernel;
-    params.brick_wanted = shade->wanted;
+    params.mask = &shade->mask;
     return vit_normals_fill(volume, shade->sphere, &params, shade->index, NULL, log, progress);
 }
 
@@ -72,18 +90,26 @@ static bool make_surface(struct vit_shade *shade, const struct vit_volume *volum
     vit_free(shade->weight);
     vit_free(shade->factor);
     vit_free(shade->sure);
-    shade->sure = vit_alloc(voxels, 1);
-    shade->weight = weight ? vit_alloc(voxels, 1) : NULL;
-    shade->factor = factor ? vit_alloc(voxels, 1) : NULL;
+    shade->sure = vit_alloc_zero(voxels, 1);
+    shade->weight = weight ? vit_alloc_zero(voxels, 1) : NULL;
+    shade->factor = factor ? vit_alloc_zero(voxels, 1) : NULL;
     if (!shade->sure || (weight && !shade->weight) || (factor && !shade->factor)) {
         vit_error(log, "out of memory for the surfaces of %zu voxels", voxels);
         return false;
     }
-    const struct vit_surface_params params = {shade->wanted, plan->light.weight_max, plan->light.factor_max};
+    const struct vit_surface_params params = {
+        .mask = &shade->mask, .weight_max = plan->light.weight_max, .factor_max = plan->light.factor_max};
     return vit_surface_fill(volume, model, &params, shade->weight, shade->factor, shade->sure, log, progress);
 }
 
-/* Channels of a direction in `scaled`: body less ambient, and shine. */
+/* Of [0, 255] as [0, 1) in 16 bits: times a byte, and rounded, within 0.002 of the product's 8 bits. */
+static uint32_t fixed_of(float value)
+{
+    return (uint32_t)fminf(65535, fmaxf(0, value * (65536.0F / 255) + 0.5F));
+}
+
+/* Channels of a direction in `scaled`: body less ambient, and shine; in `packed`: body and shine of grey lights, of a
+ * voxel that is all surface. */
 static void scale_table(struct vit_shade *shade, const struct vit_plan *plan)
 {
     const struct vit_plan_light *light = &plan->light;
@@ -92,11 +118,15 @@ static void scale_table(struct vit_shade *shade, const struct vit_plan *plan)
     float ambient = (float)light->model.material.ambient;
     int channels = shade->grey ? 1 : 3;
     float *out = shade->scaled;
+    const float base = 255 * ambient / (float)light->body_max;
     for (size_t i = 0; i <= vit_sphere_count(shade->sphere); i++, out += 2 * (size_t)channels)
         for (int c = 0; c < channels; c++) {
             out[c] = (shade->table[i].body[c] - ambient) * body;
             out[channels + c] = shade->table[i].shine[c] * shine;
         }
+    out = shade->scaled;
+    for (size_t i = 0; i <= vit_sphere_count(shade->sphere) && shade->grey; i++)
+        shade->packed[i] = fixed_of(base + out[2 * i]) | fixed_of(out[2 * i + 1]) << 16;
 }
 
 static bool make_table(struct vit_shade *shade, const struct vit_plan *plan, const struct vit_log *log)
@@ -106,7 +136,9 @@ static bool make_table(struct vit_shade *shade, const struct vit_plan *plan, con
         shade->table = vit_alloc(entries, sizeof *shade->table);
     if (!shade->scaled)
         shade->scaled = vit_alloc(entries, 6 * sizeof *shade->scaled);
-    if (!shade->table || !shade->scaled) {
+    if (!shade->packed)
+        shade->packed = vit_alloc(entries, sizeof *shade->packed);
+    if (!shade->table || !shade->scaled || !shade->packed) {
         vit_error(log, "out of memory for a table of %zu directions", entries);
         return false;
     }
@@ -149,8 +181,8 @@ static inline unsigned char round_byte(float value)
     return (unsigned char)(value < 255 ? value + 0.5F : 255);
 }
 
-void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
-                   unsigned char *out)
+static void shade_any(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
+                      unsigned char *out)
 {
     const float ambient = (float)(255 * plan->light.model.material.ambient / plan->light.body_max);
     const size_t channels = shade->grey ? 2 : 6;
@@ -162,6 +194,35 @@ void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, s
         out[1] = round_byte(shade->grey ? weight * scaled[1] : sure * ambient + weight * scaled[1]);
         out[2] = shade->grey ? shade->sure[first + i] : round_byte(sure * ambient + weight * scaled[2]);
         out[3] = shade->factor ? shade->factor[first + i] : 255;
+    }
+}
+
+/* Grey light, no boundaries: what most presets have. */
+static void shade_grey(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out)
+{
+    const uint16_t *index = shade->index + first;
+    const uint8_t *sure = shade->sure + first, *factor = shade->factor ? shade->factor + first : NULL;
+    for (size_t i = 0; i < count; i++, out += 4) {
+        const uint32_t both = shade->packed[index[i]], s = sure[i];
+        out[0] = (unsigned char)(((both & 0xffff) * s + 0x8000) >> 16);
+        out[1] = (unsigned char)(((both >> 16) * s + 0x8000) >> 16);
+        out[2] = (unsigned char)s;
+        out[3] = factor ? factor[i] : 255;
+    }
+}
+
+void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
+                   unsigned char *out)
+{
+    const size_t row = first / plan->n[0], low = first % plan->n[0], high = low + count;
+    for (size_t i = 0; i < count; i++)
+        memcpy(out + 4 * i, (const unsigned char[4]){0, 0, 0, 255}, 4); /* nobody asks for it */
+    for (size_t from, end = low; vit_voxel_mask_next(&shade->mask, row, &from, &end) && from < high;) {
+        const size_t at = row * plan->n[0] + from, length = (end < high ? end : high) - from;
+        if (shade->grey && !shade->weight)
+            shade_grey(shade, at, length, out + 4 * (from - low));
+        else
+            shade_any(shade, plan, at, length, out + 4 * (from - low));
     }
 }
 
@@ -197,10 +258,12 @@ void vit_shade_clear(struct vit_shade *shade)
     vit_sphere_destroy(&shade->sphere);
     vit_free(shade->table);
     vit_free(shade->scaled);
+    vit_free(shade->packed);
     vit_free(shade->index);
     vit_free(shade->weight);
     vit_free(shade->factor);
     vit_free(shade->sure);
     vit_free(shade->wanted);
+    vit_voxel_mask_clear(&shade->mask);
     *shade = (struct vit_shade){0};
 }

@@ -2,6 +2,7 @@
 #include "render_private.h"
 
 #define STAGING_BYTES ((size_t)8 << 20)
+#define BOXES_MOST    16
 
 /* A part of the volume: [low, high) on each axis. */
 struct box {
@@ -36,18 +37,61 @@ static bool next_box(const struct vit_upload *upload, size_t first, struct box *
     return high[1] > 0;
 }
 
-static void send_box(struct vit_gl *gl, const struct vit_upload *upload, const struct box *box, unsigned char *staging)
+/* Boxes that are made at once, one after the other in the staging buffer. */
+struct batch {
+    struct box box[BOXES_MOST];
+    size_t place[BOXES_MOST + 1], row[BOXES_MOST + 1]; /* bytes, and rows, before each */
+    size_t count;
+};
+
+static void make_row(const struct vit_upload *upload, const struct batch *batch, size_t row, unsigned char *staging)
 {
-    size_t width = box->high[0] - box->low[0], height = box->high[1] - box->low[1], depth = box->high[2] - box->low[2];
-    ptrdiff_t rows = (ptrdiff_t)(height * depth);
-#pragma omp parallel for schedule(static)
-    for (ptrdiff_t row = 0; row < rows; row++) {
-        size_t j = box->low[1] + (size_t)row % height, k = box->low[2] + (size_t)row / height;
-        upload->row(upload->user, (k * upload->n[1] + j) * upload->n[0] + box->low[0], width,
-                    staging + (size_t)row * width * upload->texel_bytes);
+    size_t b = 0;
+    while (row >= batch->row[b + 1])
+        b++;
+    const struct box *box = &batch->box[b];
+    size_t width = box->high[0] - box->low[0], height = box->high[1] - box->low[1], at = row - batch->row[b];
+    if (height == 0)
+        return; /* no box of a batch is empty */
+    size_t j = box->low[1] + at % height, k = box->low[2] + at / height;
+    upload->row(upload->user, (k * upload->n[1] + j) * upload->n[0] + box->low[0], width,
+                staging + batch->place[b] + at * width * upload->texel_bytes);
+}
+
+static void send_batch(struct vit_gl *gl, const struct vit_upload *upload, const struct batch *batch,
+                       unsigned char *staging)
+{
+    ptrdiff_t rows = (ptrdiff_t)batch->row[batch->count];
+#pragma omp parallel for schedule(dynamic, 64)
+    for (ptrdiff_t row = 0; row < rows; row++)
+        make_row(upload, batch, (size_t)row, staging);
+    for (size_t b = 0; b < batch->count; b++) {
+        const struct box *box = &batch->box[b];
+        const size_t size[3] = {box->high[0] - box->low[0], box->high[1] - box->low[1], box->high[2] - box->low[2]};
+        vit_gl_es3_pixels_3d(gl, box->low, size, upload->layout, upload->type, staging + batch->place[b]);
     }
-    const size_t size[3] = {width, height, depth};
-    vit_gl_es3_pixels_3d(gl, box->low, size, upload->layout, upload->type, staging);
+}
+
+/* As many boxes from slice *first on as there is room for, and at least one: fewer and longer parallel loops, of which
+ * every one ends with threads waiting for each other. */
+static void next_batch(const struct vit_upload *upload, size_t *first, size_t room, struct batch *batch)
+{
+    batch->count = 0;
+    batch->place[0] = batch->row[0] = 0;
+    while (*first < upload->n[2] && batch->count < BOXES_MOST) {
+        struct box *box = &batch->box[batch->count];
+        bool any = next_box(upload, *first, box);
+        size_t rows = (box->high[1] - box->low[1]) * (box->high[2] - box->low[2]);
+        size_t bytes = rows * (box->high[0] - box->low[0]) * upload->texel_bytes;
+        if (any && batch->count > 0 && batch->place[batch->count] + bytes > room)
+            break;
+        *first = box->high[2];
+        if (!any)
+            continue;
+        batch->place[batch->count + 1] = batch->place[batch->count] + bytes;
+        batch->row[batch->count + 1] = batch->row[batch->count] + rows;
+        batch->count++;
+    }
 }
 
 void vit_texture_filter(GLenum target, bool linear)
@@ -82,12 +126,12 @@ bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const st
         return false;
     }
     bool going = true;
-    struct box box;
+    struct batch batch;
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (size_t first = 0; first < n[2] && going; first = box.high[2]) {
-        if (next_box(upload, first, &box))
-            send_box(gl, upload, &box, staging);
-        going = vit_progress_step(progress, upload->what, box.high[2], n[2]);
+    for (size_t first = 0; first < n[2] && going;) {
+        next_batch(upload, &first, kept->size, &batch);
+        send_batch(gl, upload, &batch, staging);
+        going = vit_progress_step(progress, upload->what, first, n[2]);
     }
     vit_free(own.bytes);
     if (!going)
