@@ -7,6 +7,7 @@
 //   neither    texels that were classified before filtering
 //   VIT_REDUCE no light at all: HU at the faces, for MIP, MinIP and mean (VIT_MINIP, VIT_MEAN)
 uniform vec2 middle_px;        // the image's centre
+uniform float px_per_fragment; // 1; more in a sketch
 uniform vec3 tex_from_x;       // texture coordinates per pixel to the right and up: of the ray's point in the plane
 uniform vec3 tex_from_y;       // through the box's centre (ortho), or of its step per mm of depth (perspective)
 uniform vec3 tex_origin;
@@ -96,7 +97,7 @@ float slabs_alike(vec3 cell, vec3 forward, vec3 slabs_per_cell, vec3 cells, floa
 void main()
 {
     // From the pixel itself: outlines of other passes, or with less left out, lead to the same bits.
-    vec2 screen_px = gl_FragCoord.xy - middle_px;
+    vec2 screen_px = gl_FragCoord.xy * px_per_fragment - middle_px;
     vec3 ray = tex_origin + screen_px.x * tex_from_x + screen_px.y * tex_from_y;
     // Texture coordinates at depth z [mm toward the eye from the box's centre, along the view or the stack]:
     // base + z·along.

@@ -45,6 +45,8 @@ struct vit_preset {
         enum vit_classify classify;
         enum vit_line line;
         int texture_bits; /* 8 or 16 */
+        int sketch;       /* 0: none */
+        double flat;
     } sampling;
     double clip_mm[VIT_FACE_COUNT]; /* trimmed off the face nearest each direction */
     double background[3];

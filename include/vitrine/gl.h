@@ -41,13 +41,15 @@ void vit_gl_es3_pixels_3d(struct vit_gl *gl, const size_t low[3], const size_t s
 
 /* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */
 struct vit_gl_target {
-    unsigned framebuffer, texture;
+    unsigned framebuffer, texture, depth; /* depth: a renderbuffer, 0 without */
     int width, height;
     int texture_width, texture_height; /* at least as much: vit_gl_texture_side */
     unsigned internal_format;
 };
 VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsigned internal_format,
                                         int width, int height);
+/* A depth buffer of 16 bits for it, unless it has one. */
+VIT_NODISCARD bool vit_gl_target_add_depth(struct vit_gl *gl, struct vit_gl_target *target);
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target);
 
 /* GL errors since the last call, logged with `where`; true if there were none. */

@@ -167,8 +167,12 @@ struct vit_plan {
     struct vit_plan_light light;
     enum vit_target target;
     char target_why[160];
-    unsigned features;      /* of VIT_FEATURE() */
-    double visible_hu[2];   /* at or below the first, and at or above the second, nothing is visible */
+    unsigned features;    /* of VIT_FEATURE() */
+    double visible_hu[2]; /* at or below the first, and at or above the second, nothing is visible */
+    /* The picture is first drawn this many times smaller, and in full only where four neighbouring pixels of that
+     * differ by more than flat_enough in any channel; between others it is interpolated. 0: in full everywhere. */
+    int sketch;
+    double flat_enough;
     double clear_enough;    /* OPAQUE_FRONT: a ray ends where less of its light than this could still come through */
     int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 4096] */
     uint64_t texture_bytes; /* of the volume's textures */

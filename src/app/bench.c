@@ -131,7 +131,8 @@ static enum vit_exit measure(struct series *series, struct app_scene *scene, str
     struct app_drawer drawer;
     if (!app_drawer_open(&drawer, scene))
         return VIT_EXIT_DISPLAY;
-    enum vit_exit status = warm_up(scene, &drawer, app);
+    enum vit_exit status =
+        app_quality_choose(scene, &drawer, app, &app->settings->view) ? warm_up(scene, &drawer, app) : VIT_EXIT_DISPLAY;
     double setup_ms = scene->gl_ms + drawer.stats.setup_ms;
     if (status == VIT_EXIT_DONE)
         status = turn(series, scene, &drawer, app);

@@ -96,6 +96,9 @@ static bool warm_up(struct show *show)
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
     show->scene.moving = false; /* the light is this preset's, not the last one's */
+    show->status = VIT_EXIT_DISPLAY;
+    if (!app_quality_choose(&show->scene, &show->drawer, show->app, &show->view))
+        return false;
     for (int i = 0; i < 2; i++)
         if (!draw(show, SHRINK_PROBE))
             return false;

@@ -103,7 +103,8 @@ static enum vit_exit draw_and_write(struct app_scene *scene, struct app *app, ui
     enum vit_exit status = VIT_EXIT_DISPLAY;
     struct app_drawer drawer;
     struct vit_frame frame = {0};
-    if (!app_drawer_open(&drawer, scene) || !app_drawer_draw(&drawer, scene, app) || !app_drawer_read(&drawer, &frame))
+    if (!app_drawer_open(&drawer, scene) || !app_quality_choose(scene, &drawer, app, &app->settings->view) ||
+        !app_drawer_draw(&drawer, scene, app) || !app_drawer_read(&drawer, &frame))
         goto fail;
     status = VIT_EXIT_FAILED;
     if (app_interrupted()) { /* while GL was drawing, which cannot be stopped */
@@ -135,7 +136,7 @@ enum vit_exit app_snapshot(struct app *app)
     status = app_scene_open(&scene, app);
     if (status != VIT_EXIT_DONE)
         return status;
-    scene.one_view = true;
+    scene.one_view = !(app->settings->max_error > 0); /* which tries others first */
     status = app_scene_plan(&scene, app, &app->settings->view);
     if (status == VIT_EXIT_DONE)
         status = draw_and_write(&scene, app, start);

@@ -100,6 +100,10 @@ const struct vit_key vit_keys[] = {
          "HU across a slab: straight between its faces, or fitted to the curve")
     {.path = "sampling.texture_bits", .type = VIT_KEY_WORD, .offset = AT(sampling.texture_bits), .unit = "bits",
      .words = &vit_words_bits, .initial = "16", .help = "per channel of a texel"},
+    RANGE("sampling.sketch", INTEGER, AT(sampling.sketch), "", 0, 16, "0", ALWAYS,
+          "drawn so many times smaller first, and in full only where that is not flat; 0: in full")
+    RANGE("sampling.flat", NUMBER, AT(sampling.flat), "of full scale", 0, 1, "0.1", ALWAYS,
+          "differences between neighbouring pixels of a sketch that count as flat")
 
     FACE("right", RIGHT)
     FACE("left", LEFT)

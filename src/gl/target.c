@@ -40,9 +40,29 @@ bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target *target, unsig
     return good;
 }
 
+bool vit_gl_target_add_depth(struct vit_gl *gl, struct vit_gl_target *target)
+{
+    if (target->depth)
+        return true;
+    GLenum status = GL_FRAMEBUFFER_UNSUPPORTED;
+    if (!vit_fault()) {
+        glGenRenderbuffers(1, &target->depth);
+        glBindRenderbuffer(GL_RENDERBUFFER, target->depth);
+        glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT16, target->width, target->height);
+        glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
+        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, target->depth);
+        status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
+    }
+    bool good = vit_gl_check(gl, "depth buffer");
+    if (good && status != GL_FRAMEBUFFER_COMPLETE)
+        vit_error(gl->log, "depth buffer of %d x %d: incomplete (status 0x%x)", target->width, target->height, status);
+    return good && status == GL_FRAMEBUFFER_COMPLETE;
+}
+
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target)
 {
     (void)gl;
+    glDeleteRenderbuffers(1, &target->depth);
     glDeleteFramebuffers(1, &target->framebuffer);
     glDeleteTextures(1, &target->texture);
     *target = (struct vit_gl_target){0};

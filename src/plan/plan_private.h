@@ -56,6 +56,9 @@ void vit_plan_leave_light_to_3d(struct vit_plan *plan);
 /* What of it a renderer on this GL needs. */
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request);
 
+/* sketch.c: whether the picture is sketched first. */
+void vit_plan_choose_sketch(struct vit_plan *plan, const struct vit_preset *preset);
+
 /* path.c */
 VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,
                                                         const struct vit_log *log);

@@ -131,7 +131,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 /* A linked program with its uniforms: of shaders/slabs.* and shaders/reduce.*; X(name). */
 /* clang-format off */
 #define VIT_UNIFORMS(X) \
-    X(clip_from_px) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
+    X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
@@ -195,9 +195,9 @@ VIT_NODISCARD bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy
 void vit_occupancy_clear(struct vit_occupancy *occupancy);
 
 /* What is drawn into. reduced: what rays come to before classification (MIP, MinIP, mean); other: the picture by
- * another stack, before it is mixed with the first's. */
+ * another stack, before it is mixed with the first's; sketch: the picture, smaller. */
 struct vit_surface {
-    struct vit_gl_target target, reduced, other;
+    struct vit_gl_target target, reduced, other, sketch;
 };
 
 /* read.c: initialises the frame. */
@@ -215,6 +215,19 @@ VIT_NODISCARD bool vit_present_prepare(struct vit_gl *gl, struct vit_present *pr
 void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *from,
                      const struct vit_gl_target *into, double share);
 void vit_present_clear(struct vit_present *present);
+
+/* sketch.c: what lies between a sketch's pixels, into a target with a depth buffer: where the sketch is flat it is
+ * interpolated and the depth made nearer than slabs are drawn, elsewhere both stay as they were. */
+struct vit_sketch {
+    GLuint program;
+    GLint outline, sketch, sketch_size, tex_from_texel, texel_per_px, flat_enough, clip_from_px;
+};
+struct vit_mesh;
+VIT_NODISCARD bool vit_sketch_prepare(struct vit_gl *gl, struct vit_sketch *sketch);
+/* The mesh's vertices are in the bound buffer. */
+void vit_sketch_fill(const struct vit_sketch *sketch, const struct vit_plan *plan, const struct vit_gl_target *from,
+                     const struct vit_gl_target *into, const struct vit_mesh *mesh);
+void vit_sketch_clear(struct vit_sketch *sketch);
 
 /* mesh.c: the outlines of all passes as triangles, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {

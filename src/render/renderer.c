@@ -17,6 +17,7 @@ struct vit_renderer {
     struct vit_surface surfaces[2]; /* of the last two sizes asked for: at rest, and moving */
     struct vit_surface *surface;    /* the one in use */
     struct vit_present present;
+    struct vit_sketch sketch;
     struct vit_program program, reduce_program;
     struct vit_mesh mesh;
     GLuint buffer;
@@ -49,10 +50,12 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     vit_table_clear(&renderer->table);
     vit_occupancy_clear(&renderer->occupancy);
     vit_present_clear(&renderer->present);
+    vit_sketch_clear(&renderer->sketch);
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(renderer->surfaces); i++) {
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].target);
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].reduced);
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].other);
+        vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].sketch);
     }
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
@@ -99,16 +102,32 @@ static bool prepare_program(struct vit_renderer *renderer, struct vit_program *p
     return true;
 }
 
-static bool prepare_target(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan)
+static bool prepare_size(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan,
+                         int width, int height)
 {
     static const GLenum formats[VIT_TARGET_COUNT] = {
         [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
-    if (target->texture && target->internal_format == formats[plan->target] && target->width == plan->camera.width_px &&
-        target->height == plan->camera.height_px)
+    if (target->texture && target->internal_format == formats[plan->target] && target->width == width &&
+        target->height == height)
         return true;
     vit_gl_target_destroy(renderer->gl, target);
-    return vit_gl_target_create(renderer->gl, target, formats[plan->target], plan->camera.width_px,
-                                plan->camera.height_px);
+    return vit_gl_target_create(renderer->gl, target, formats[plan->target], width, height);
+}
+
+static bool prepare_target(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan)
+{
+    return prepare_size(renderer, target, plan, plan->camera.width_px, plan->camera.height_px) &&
+           (!plan->sketch || vit_gl_target_add_depth(renderer->gl, target));
+}
+
+static bool prepare_sketch(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    if (!plan->sketch)
+        return true;
+    return vit_sketch_prepare(renderer->gl, &renderer->sketch) &&
+           prepare_size(renderer, &renderer->surface->sketch, plan,
+                        (plan->camera.width_px + plan->sketch - 1) / plan->sketch,
+                        (plan->camera.height_px + plan->sketch - 1) / plan->sketch);
 }
 
 static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_plan *plan)
@@ -157,6 +176,7 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     choose_surface(renderer, plan);
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
         !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
+        !prepare_sketch(renderer, plan) ||
         (plan->stack_count > 1 && (!prepare_target(renderer, &renderer->surface->other, plan) ||
                                    !vit_present_prepare(renderer->gl, &renderer->present))) ||
         !prepare_volume(renderer, plan, progress) || !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
@@ -201,7 +221,9 @@ static void set_axis(const struct vit_renderer *renderer, const struct vit_progr
     glUniform2f(program->table_size, (GLfloat)axis->entries, (GLfloat)plan->table_rows);
 }
 
-static void set_uniforms(const struct vit_program *program, const struct vit_plan *plan)
+/* px: pixels of the picture per pixel of the target. */
+static void set_uniforms(const struct vit_program *program, const struct vit_plan *plan,
+                         const struct vit_gl_target *target, int px)
 {
     static const double whole[3] = {1, 1, 1};
     const struct vit_camera *camera = &plan->camera;
@@ -227,7 +249,11 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     vit_uniform_vec3(program->draw_low, (struct vit_vec3){plan->draw_low[0], plan->draw_low[1], plan->draw_low[2]});
     vit_uniform_vec3(program->draw_high, (struct vit_vec3){plan->draw_high[0], plan->draw_high[1], plan->draw_high[2]});
     glUniform1f(program->clear_enough, (float)plan->clear_enough);
-    glUniform2f(program->clip_from_px, 2.0f / (float)camera->width_px, 2.0f / (float)camera->height_px);
+    double width_px = (double)target->width * px, height_px = (double)target->height * px;
+    glUniform2f(program->clip_from_px, (float)(2 / width_px), (float)(2 / height_px));
+    glUniform2f(program->clip_middle, (float)(camera->width_px / width_px - 1),
+                (float)(camera->height_px / height_px - 1));
+    glUniform1f(program->px_per_fragment, (float)px);
     glUniform2f(program->middle_px, 0.5f * (float)camera->width_px, 0.5f * (float)camera->height_px);
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
@@ -294,7 +320,8 @@ static void clear_target(const struct vit_gl_target *target)
     glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
     glViewport(0, 0, target->width, target->height);
     glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT);
+    glClearDepthf(1);
+    glClear(GL_COLOR_BUFFER_BIT | (target->depth ? GL_DEPTH_BUFFER_BIT : 0));
 }
 
 /* How passes come together: front to back, what is there hides what comes; or extremes, or sums. */
@@ -314,12 +341,13 @@ static void set_blending(const struct vit_gl *gl, const struct vit_plan *plan)
 }
 
 /* The mesh as it is: with the 3D texture, or part by part with those of a stack. */
-static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack)
+static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
+                       const struct vit_gl_target *target, int px)
 {
     const struct vit_mesh *mesh = &renderer->mesh;
     const struct vit_program *program = &renderer->program;
     glUseProgram(program->name);
-    set_uniforms(program, plan);
+    set_uniforms(program, plan, target, px);
     set_light(program, plan);
     if (stack) {
         vit_stacks_set_rays(program, plan, stack);
@@ -365,9 +393,23 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         vit_mesh_build_stack(&renderer->mesh, plan, stack);
     else
         vit_mesh_build(&renderer->mesh, plan);
+    bool sketch = plan->sketch && renderer->mesh.vertex_count > 0;
+    if (sketch) {
+        clear_target(&renderer->surface->sketch);
+        draw_slabs(renderer, plan, stack, &renderer->surface->sketch, plan->sketch);
+    }
     clear_target(reduce ? &renderer->surface->reduced : target);
+    if (sketch) {
+        vit_sketch_fill(&renderer->sketch, plan, &renderer->surface->sketch, target, &renderer->mesh);
+        glEnable(GL_DEPTH_TEST);
+        glDepthMask(GL_FALSE);
+    }
     if (renderer->mesh.vertex_count > 0)
-        draw_slabs(renderer, plan, stack);
+        draw_slabs(renderer, plan, stack, target, 1);
+    if (sketch) {
+        glDisable(GL_DEPTH_TEST);
+        glDepthMask(GL_TRUE);
+    }
     if (reduce)
         draw_reduced(renderer, plan, target);
     /* A pass may hold more than there are. */

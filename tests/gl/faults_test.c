@@ -26,6 +26,7 @@ static const struct scene scenes[] = {
      NULL,
      "png"},
     {"directions in the fragment", "bone", {"shading.lookup=smooth", "shading.subdivision=1"}, NULL, "png"},
+    {"sketched", "bone", {"sampling.sketch=3", "shading.model=none"}, NULL, "nrrd"},
     {"MIP to PNG", "mip", {NULL}, NULL, "png"},
     {"bytes only",
      "bone",

@@ -97,12 +97,53 @@ static void what_is_behind_is_left_out_to_a_bound(void **state)
     assert_true(worst > 0 && worst <= 1.0 / 65536);
 }
 
+static double rms_difference(const struct vit_frame *a, const struct vit_frame *b)
+{
+    size_t count = (size_t)a->width_px * (size_t)a->height_px * 4;
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += pow((double)a->rgba[i] - (double)b->rgba[i], 2);
+    return sqrt(sum / (double)count);
+}
+
+/* What is drawn again after a sketch is the same to the bit; what is not is as near as `flat` lets it be. The bounds
+ * are of these pictures, whose pixels are larger than voxels: features between the sketch's pixels are not seen by it.
+ */
+static void sketches_are_refined(void **state)
+{
+    static const struct {
+        double flat, bound;
+    } levels[] = {{-1, 0}, {0, 0.04}, {0.05, 0.04}, {0.2, 0.05}, {1, 0.15}};
+    struct fixture *f = *state;
+    assert_true(fixture_load(f, "head"));
+    for (size_t l = 0; l < VIT_ARRAY_LENGTH(levels); l++) {
+        double worst = 0;
+        for (size_t w = 0; w < VIT_ARRAY_LENGTH(ways); w++) {
+            f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bone;
+            f->preset.transfer.count = VIT_ARRAY_LENGTH(bone);
+            f->preset.sampling.classify = ways[w].classify;
+            struct vit_plan plan = fixture_plan(f, ways[w].view, ways[w].projection, ways[w].rate, NULL);
+            struct vit_frame full = fixture_draw(f, &plan);
+            plan.sketch = 2 + (int)w % 3; /* 7 does not go into the picture's sides */
+            plan.sketch = w == 0 ? 7 : plan.sketch;
+            plan.flat_enough = levels[l].flat;
+            struct vit_frame sketched = fixture_draw(f, &plan);
+            worst = fmax(worst, rms_difference(&full, &sketched));
+            vit_frame_clear(&full);
+            vit_frame_clear(&sketched);
+        }
+        print_message("# sketches, flat to %g: RMS difference at most %.3g\n", levels[l].flat, worst);
+        assert_true(worst <= levels[l].bound);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(empty_space_is_left_out_to_the_bit),
         cmocka_unit_test(empty_border_is_left_out_to_the_bit),
         cmocka_unit_test(what_is_behind_is_left_out_to_a_bound),
+        cmocka_unit_test(sketches_are_refined),
     };
     return cmocka_run_group_tests_name("rules", tests, fixture_setup, fixture_teardown);
 }

@@ -433,6 +433,26 @@ static void unbuilt_keys_are_listed(void **state)
     assert_true(leaves_out(&plan, "--budget-ms"));
 }
 
+static void sketches_are_what_the_preset_asks_for(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.sketch == 0 && !leaves_out(&plan, "rays where the picture is flat"));
+    scene->preset.sampling.sketch = 4;
+    scene->preset.sampling.flat = 0.2;
+    plan = make(scene, &request);
+    assert_true(plan.sketch == 4 && plan.flat_enough == 0.2);
+    assert_true(leaves_out(&plan, "rays where the picture is flat"));
+    scene->preset.technique = VIT_TECHNIQUE_MIP;
+    plan = make(scene, &request);
+    assert_true(plan.sketch == 0 && leaves_out(&plan, "sketch"));
+    scene->preset.technique = VIT_TECHNIQUE_COMPOSITE;
+    scene->preset.sampling.sketch = 1; /* as large as the picture */
+    assert_true(make(scene, &request).sketch == 0);
+    scene->preset.sampling.sketch = 0;
+}
+
 static void use_light(struct scene *scene)
 {
     scene->preset.shading.model = VIT_SHADING_LUT;
@@ -544,6 +564,7 @@ int main(void)
         cmocka_unit_test(what_does_not_fit_is_refused_with_the_limit),
         cmocka_unit_test(the_eye_bounds_what_is_drawn),
         cmocka_unit_test(unbuilt_keys_are_listed),
+        cmocka_unit_test(sketches_are_what_the_preset_asks_for),
         cmocka_unit_test(light_is_what_the_preset_asks_for),
         cmocka_unit_test(light_may_wait_for_rest),
         cmocka_unit_test(one_view_forgets_directions),

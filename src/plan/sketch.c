@@ -1,0 +1,16 @@
+/* Sketches: a picture drawn smaller, and in full only where that is not flat (adaptive refinement: Levoy 1990). */
+#include "plan_private.h"
+
+void vit_plan_choose_sketch(struct vit_plan *plan, const struct vit_preset *preset)
+{
+    plan->sketch = preset->sampling.sketch > 1 ? preset->sampling.sketch : 0;
+    plan->flat_enough = preset->sampling.flat;
+    if (plan->sketch && plan->technique != VIT_TECHNIQUE_COMPOSITE) {
+        plan->sketch = 0;
+        vit_plan_leave_out(plan, 0, "sketch", "rays that are reduced to one value are all drawn");
+    }
+    if (plan->sketch)
+        vit_plan_leave_out(plan, 0, "rays where the picture is flat",
+                           "sketched with 1/%d of the pixels; in full where four of those differ by more than %g",
+                           plan->sketch * plan->sketch, plan->flat_enough);
+}
