@@ -59,12 +59,12 @@ bool vit_commit_init(struct vit_commit *commit, int fd, const struct vit_output 
     if (!legacy && !commit->atomic)
         vit_debug(log, "display: this driver has no atomic mode setting: the calls from before it are used");
     commit->saved = vit_fault() ? NULL : drmModeGetCrtc(fd, output->crtc);
-    if (!commit->saved) {
-        vit_error(log, "display: the CRTC's state cannot be read: %s", strerror(errno));
-        vit_commit_clear(commit);
-        return false;
-    }
-    return true;
+    if (commit->saved)
+        return true;
+    int error = errno;
+    vit_commit_clear(commit);
+    errno = error;
+    return false;
 }
 
 bool vit_commit_set_mode(struct vit_commit *commit, const drmModeModeInfo *mode)

@@ -91,7 +91,7 @@ static bool try_card(struct vit_display *display, const char *path, const struct
             snprintf(display->path, sizeof display->path, "%.63s", path);
             return true;
         }
-        snprintf(why, why_bytes, "its state cannot be read");
+        snprintf(why, why_bytes, "the CRTC's state cannot be read: %s", strerror(errno));
     }
     vit_seat_close(display->seat, display->fd);
     display->fd = -1;

@@ -50,7 +50,7 @@ struct vit_commit {
 };
 /* The mode that the next show with `set_mode` sets. */
 VIT_NODISCARD bool vit_commit_set_mode(struct vit_commit *commit, const drmModeModeInfo *mode);
-/* Reads and saves; changes nothing. Falls back to legacy where atomic cannot be had. */
+/* Reads and saves; changes nothing. Falls back to legacy where atomic cannot be had. False: errno says why. */
 VIT_NODISCARD bool vit_commit_init(struct vit_commit *commit, int fd, const struct vit_output *output, bool legacy,
                                    const struct vit_log *log);
 /* An event with `user` follows when it is on the screen; `*event` is false where none will (it is there already).
