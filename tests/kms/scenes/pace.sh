@@ -4,7 +4,7 @@
 # the machine under it is busy: never more than 60 a second, and how many fewer is said.
 export LP_NUM_THREADS=0
 for way in atomic legacy; do
-    set -- --set sampling.slices_per_voxel=0.05 --zoom 0.3 --budget-ms 5
+    set -- --set sampling.slices_per_voxel=0.05 --zoom 0.3 --budget-ms 10 --set shading.model=none
     [ $way = atomic ] || set -- "$@" --no-atomic
     start "$@"
     [ $way = legacy ] || idle
