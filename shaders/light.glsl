@@ -8,9 +8,18 @@ uniform vec4 light_scale; // what a texel of 1 stands for: body, shine, factor, 
 uniform highp usampler3D light; // r: direction; g: sure and, in the upper byte, weight; b: factor
 uniform sampler2D light_table;  // body and shine in r and g; under colours two tables, one over the other
 #else
-uniform VIT_SAMPLER_3D light; // sure times body, sure times shine, sure, factor; under colours body and factor,
+#ifdef VIT_STACKS
+#define VIT_LIGHT_SAMPLER sampler2D
+#define VIT_LIGHT_TEXEL(atlas, position) slices_at(atlas, light_columns, light_from_px, stack_place(position))
+uniform vec2 light_columns; // as of texels, in texels.glsl; cut into the same bricks, a slice a tile
+uniform vec2 light_from_px;
+#else
+#define VIT_LIGHT_SAMPLER VIT_SAMPLER_3D
+#define VIT_LIGHT_TEXEL   VIT_TEXTURE_3D
+#endif
+uniform VIT_LIGHT_SAMPLER light; // sure times body, sure times shine, sure, factor; under colours body and factor,
 #ifdef VIT_LIGHT_COLOR
-uniform VIT_SAMPLER_3D light_shine; // shine and sure
+uniform VIT_LIGHT_SAMPLER light_shine; // shine and sure
 #endif
 #endif
 uniform float light_ambient; // body where nothing is sure
@@ -80,9 +89,9 @@ Light light_at(vec3 position)
 #else
 Light light_at(vec3 position)
 {
-    vec4 texel = VIT_TEXTURE_3D(light, position);
+    vec4 texel = VIT_LIGHT_TEXEL(light, position);
 #ifdef VIT_LIGHT_COLOR
-    vec4 shine = VIT_TEXTURE_3D(light_shine, position);
+    vec4 shine = VIT_LIGHT_TEXEL(light_shine, position);
 #else
     vec4 shine = texel.gggb;
     texel.rgb = texel.rrr;

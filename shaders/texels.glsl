@@ -1,8 +1,7 @@
 // Where a slab's samples come from. Positions are texture coordinates of the whole volume, [0, 1] on each axis.
 // Texels are premultiplied colour and opacity of a slab of thickness slab_mm, or HU in r.
 #ifdef VIT_STACKS
-// One brick of a stack of slices (src/plan/stacks.c): tiles in a 2D texture. What lies in the same tiles of another
-// texture (light, say) is fetched by the same function: stack_at(its sampler, position).
+// One brick of a stack of slices (src/plan/stacks.c): tiles in a 2D texture.
 uniform sampler2D texels;
 uniform mat3 stack_from_tex; // texels across and down a tile, and slices, both from the brick's first
 uniform vec3 stack_offset;
@@ -14,10 +13,33 @@ uniform vec3 stack_tile;     // size of a tile in texels; number of the last
 uniform vec2 stack_from_px;  // 1 / size of the texture
 
 // Corner of a tile in texels.
+vec2 corner_of(float tile, vec2 columns)
+{
+    float row = floor((tile + 0.5) * columns.y);
+    return vec2(tile - row * columns.x, row) * stack_tile.xy;
+}
+
 vec2 tile_corner(float tile)
 {
-    float row = floor((tile + 0.5) * stack_columns.y);
-    return vec2(tile - row * stack_columns.x, row) * stack_tile.xy;
+    return corner_of(tile, stack_columns);
+}
+
+vec3 stack_place(vec3 position)
+{
+    return clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+}
+
+// A slice a tile: two fetches.
+vec4 slices_at(sampler2D atlas, vec2 columns, vec2 from_px, vec3 at)
+{
+#ifdef VIT_NEAREST
+    return VIT_TEXTURE_2D(atlas, (corner_of(floor(at.z + 0.5), columns) + at.xy) * from_px);
+#else
+    float slice = min(floor(at.z), max(stack_high.z - 1.0, 0.0));
+    vec2 low = corner_of(slice, columns), high = corner_of(min(slice + 1.0, stack_high.z), columns);
+    return mix(VIT_TEXTURE_2D(atlas, (low + at.xy) * from_px), VIT_TEXTURE_2D(atlas, (high + at.xy) * from_px),
+               at.z - slice);
+#endif
 }
 
 #if defined(VIT_BYTES)
@@ -29,7 +51,7 @@ vec2 two_slices(vec4 texel)
 
 vec4 stack_at(sampler2D atlas, vec3 position)
 {
-    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+    vec3 at = stack_place(position);
 #ifdef VIT_NEAREST
     at.z = floor(at.z + 0.5);
 #endif
@@ -52,7 +74,7 @@ vec4 stack_at(sampler2D atlas, vec3 position)
 // Four slices of HU in the four channels of a tile: one fetch.
 vec4 stack_at(sampler2D atlas, vec3 position)
 {
-    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
+    vec3 at = stack_place(position);
 #ifdef VIT_NEAREST
     at.z = floor(at.z + 0.5);
 #endif
@@ -63,14 +85,7 @@ vec4 stack_at(sampler2D atlas, vec3 position)
 #else
 vec4 stack_at(sampler2D atlas, vec3 position)
 {
-    vec3 at = clamp(stack_from_tex * position + stack_offset, stack_low, stack_high);
-#ifdef VIT_NEAREST
-    return VIT_TEXTURE_2D(atlas, (tile_corner(floor(at.z + 0.5)) + at.xy) * stack_from_px);
-#else
-    float tile = min(floor(at.z), max(stack_tile.z - 1.0, 0.0));
-    return mix(VIT_TEXTURE_2D(atlas, (tile_corner(tile) + at.xy) * stack_from_px),
-               VIT_TEXTURE_2D(atlas, (tile_corner(min(tile + 1.0, stack_tile.z)) + at.xy) * stack_from_px), at.z - tile);
-#endif
+    return slices_at(atlas, stack_columns, stack_from_px, stack_place(position));
 }
 #endif
 

@@ -77,22 +77,27 @@ struct vit_plan_light {
     /* What bytes stand for: texel 255 is body_max, shine_max, factor_max, weight_max; lit texels are stored over gain.
      */
     double body_max, shine_max, factor_max, weight_max, gain;
-    uint64_t bytes; /* of its textures */
+    uint64_t bytes; /* of its textures; on stacks: of all that are drawn */
 };
 
 /* How a stack lies in 2D textures. Its slices, perpendicular to volume axis `axis`, are tiles: rows run along axis
  * `across`, columns along `down`. A tile's texel holds `span` consecutive slices in its channels, tile t those from
  * t·step on; the closing slice of one tile is the first of the next, so that a position between two slices is one fetch
  * (span 1: two fetches). Tiles stand in a grid of columns × rows in each texture. What is too much for one texture is
- * cut into bricks[across, down, axis], one texture each, whose rim voxels are in both neighbours. */
+ * cut into bricks[across, down, axis], one texture each, whose rim voxels are in both neighbours. Light (the feature)
+ * lies in textures of its own, cut alike, a tile a slice. */
+struct vit_stack_grid {
+    size_t columns, rows; /* of tiles */
+    size_t width, height; /* of every texture */
+    uint64_t bytes;       /* of all textures */
+};
 struct vit_stack_layout {
     int axis, across, down;
     size_t span, step;
     size_t tiles, tiles_per_texture; /* along the axis */
     size_t bricks[3];                /* by volume axis */
-    size_t tile_width, tile_height, columns, rows;
-    size_t width, height; /* of every texture */
-    uint64_t bytes;       /* of all textures */
+    size_t tile_width, tile_height;
+    struct vit_stack_grid texels, light; /* light: all zero where there is none; bytes: of shine too */
 };
 /* One texture of a stack: voxels first to last of the volume, both in it; tiles first_tile and `tiles` on. */
 struct vit_stack_brick {

@@ -72,10 +72,14 @@ static void print_stacks(const struct vit_plan *plan)
     for (int i = 0; i < plan->stack_count; i++) {
         const struct vit_plan_stack *stack = &plan->stacks[i];
         const struct vit_stack_layout *layout = &stack->layout;
+        const struct vit_stack_grid *texels = &layout->texels, *light = &layout->light;
+        size_t textures = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
         printf("stack       %c: %.0f %% of the picture, %d slabs, %zu textures of %zu x %zu, %.1f MiB\n",
-               "xyz"[stack->axis], 100 * stack -> weight, stack -> slab_count,
-               layout -> bricks[0] * layout -> bricks[1] * layout -> bricks[2], layout -> width, layout -> height,
-               (double)layout -> bytes / 1048576.0);
+               "xyz"[stack->axis], 100 * stack -> weight, stack -> slab_count, textures, texels -> width,
+               texels -> height, (double)texels -> bytes / 1048576.0);
+        if (light->bytes > 0)
+            printf("            its light: as many of %zu x %zu, %.1f MiB\n", light->width, light->height,
+                   (double)light->bytes / 1048576.0);
     }
 }
 

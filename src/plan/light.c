@@ -129,12 +129,24 @@ static void leave_parts_out(struct vit_plan *plan)
                            "the view moves and shading.lazy is on: the last light stays");
 }
 
-void vit_plan_leave_light_to_3d(struct vit_plan *plan)
+void vit_plan_drop_light(struct vit_plan *plan, uint64_t bytes, const char *why)
 {
-    if (!plan->light.on)
-        return;
+    unsigned all = VIT_FEATURE(LIGHT) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) | VIT_FEATURE(LIGHT_FACTOR);
     plan->light = (struct vit_plan_light){.on = false};
-    vit_plan_leave_out(plan, 0, "light", "not built yet for stacks: drawn unlit");
+    plan->features &= ~all;
+    vit_plan_leave_out(plan, bytes, "light", "%s: drawn unlit", why);
+}
+
+/* Looking directions up needs whole numbers in 3D textures; colours are bytes, which any GL has and interpolates. */
+static void light_voxels(struct vit_plan *plan)
+{
+    struct vit_plan_light *light = &plan->light;
+    if (light->lookup == VIT_LIGHT_RESHADE)
+        return;
+    vit_plan_leave_out(plan, 0, "shading.lookup", "%s: directions are not looked up on stacks, voxels are lit (%s)",
+                       vit_light_lookup_name(light->lookup), vit_light_lookup_name(VIT_LIGHT_RESHADE));
+    light->lookup = VIT_LIGHT_RESHADE;
+    light->in_texels = plan->classify == VIT_CLASSIFY_PRE;
 }
 
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request)
@@ -143,6 +155,8 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
     const struct vit_light_model *model = &light->model;
     if (!light->on)
         return;
+    if (plan->path == VIT_PATH_STACKS)
+        light_voxels(plan);
     light->stays = request->moving && request->preset->shading.lazy && light->lookup == VIT_LIGHT_RESHADE;
     light->forgets = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_VIEW);
     leave_parts_out(plan);

@@ -91,14 +91,12 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
     plan->path = path;
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
     vit_plan_choose_texel(plan, request, stacks);
+    vit_plan_choose_light(plan, request);
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
     if (!stacks) /* whose faces lie on slices */
         vit_plan_fit_lines(plan, request->preset);
     vit_plan_choose_table(plan, request->volume, caps);
-    if (stacks)
-        vit_plan_leave_light_to_3d(plan);
-    vit_plan_choose_light(plan, request);
     vit_plan_choose_target(plan, caps);
     /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */
     plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);

@@ -51,8 +51,8 @@ void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);
 
 /* light.c */
 void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *request);
-/* Draws unlit on stacks. */
-void vit_plan_leave_light_to_3d(struct vit_plan *plan);
+/* Draws unlit after all; `why`: begins what is said of it. */
+void vit_plan_drop_light(struct vit_plan *plan, uint64_t bytes, const char *why);
 /* What of it a renderer on this GL needs. */
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request);
 

@@ -127,7 +127,7 @@ static void choose_span(const struct vit_plan *plan, struct vit_stack_layout *la
 /* The bricks of `n` voxels so that none has more than `most`, rim voxels shared. */
 static size_t brick_count(size_t n, size_t most)
 {
-    return n <= most ? 1 : divide_up(n - 1, most - 1);
+    return n <= most ? 1 : 1 + (n - 2) / (most - 1);
 }
 
 static size_t brick_voxels(size_t n, size_t bricks)
@@ -136,11 +136,12 @@ static size_t brick_voxels(size_t n, size_t bricks)
 }
 
 /* The grid of tiles that wastes least, and of those the squarest: small sides are the rarer limit. */
-static void choose_grid(struct vit_stack_layout *layout, size_t side, bool npot)
+static struct vit_stack_grid choose_grid(const struct vit_stack_layout *layout, size_t tiles, size_t side, bool npot)
 {
+    struct vit_stack_grid grid = {0};
     size_t best = SIZE_MAX, longest = SIZE_MAX;
-    for (size_t columns = 1; columns <= least(layout->tiles_per_texture, side / layout->tile_width); columns++) {
-        size_t rows = divide_up(layout->tiles_per_texture, columns);
+    for (size_t columns = 1; columns <= least(tiles, side / layout->tile_width); columns++) {
+        size_t rows = divide_up(tiles, columns);
         size_t width = columns * layout->tile_width, height = rows * layout->tile_height;
         if (height > side)
             continue;
@@ -151,11 +152,26 @@ static void choose_grid(struct vit_stack_layout *layout, size_t side, bool npot)
             continue;
         best = width * height;
         longest = longer;
-        layout->columns = columns;
-        layout->rows = rows;
-        layout->width = width;
-        layout->height = height;
+        grid = (struct vit_stack_grid){columns, rows, width, height, 0};
     }
+    const size_t *bricks = layout->bricks;
+    grid.bytes = (uint64_t)grid.width * grid.height * bricks[0] * bricks[1] * bricks[2]; /* for texels of one */
+    return grid;
+}
+
+/* Tiles of so many bytes a texel that go into one texture, at least `pieces`: a fetch goes to so many. */
+static size_t tiles_that_fit(const struct vit_stack_layout *layout, size_t texel, size_t side, size_t pieces)
+{
+    size_t tile_bytes = layout->tile_width * layout->tile_height * texel;
+    size_t fit =
+        least((side / layout->tile_width) * (side / layout->tile_height), (size_t)(STACK_TEXTURE_BYTES / tile_bytes));
+    return fit < pieces ? pieces : fit;
+}
+
+/* Bytes of a voxel's light in textures of its own. */
+static size_t light_bytes(const struct vit_plan *plan)
+{
+    return !(plan->features & VIT_FEATURE(LIGHT)) ? 0 : plan->features & VIT_FEATURE(LIGHT_COLOR) ? 8 : 4;
 }
 
 /* False if this GL's textures are too small for anything. */
@@ -167,19 +183,20 @@ static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, in
         side = power_of_two(side) / 2;
     *layout = (struct vit_stack_layout){.axis = axis, .across = axis == 0 ? 1 : 0, .down = axis == 2 ? 1 : 2};
     choose_span(plan, layout);
+    size_t texel = vit_texel_bytes(plan->texel) * layout->span, light = light_bytes(plan);
     bool pairs = layout->span == 1 && n[axis] > 1; /* a fetch goes to two tiles, of one texture */
-    size_t texel = vit_texel_bytes(plan->texel) * layout->span;
+    bool slices = light > 0 && n[axis] > 1;        /* light: to two of the step + 1 slices of a tile */
     if (side < 8)
         return false;
     layout->tiles = layout->span == 1 ? n[axis] : n[axis] > 1 ? divide_up(n[axis] - 1, layout->step) : 1;
-    layout->bricks[layout->across] = brick_count(n[layout->across], side);
-    layout->bricks[layout->down] = brick_count(n[layout->down], pairs ? side / 2 : side);
+    layout->bricks[layout->across] = brick_count(n[layout->across], slices ? side / 2 : side);
+    layout->bricks[layout->down] = brick_count(n[layout->down], pairs || slices ? side / 2 : side);
     layout->tile_width = brick_voxels(n[layout->across], layout->bricks[layout->across]);
     layout->tile_height = brick_voxels(n[layout->down], layout->bricks[layout->down]);
-    size_t tile_bytes = layout->tile_width * layout->tile_height * texel;
-    size_t fit =
-        least((side / layout->tile_width) * (side / layout->tile_height), (size_t)(STACK_TEXTURE_BYTES / tile_bytes));
-    fit = fit < 2 ? 1 + (size_t)pairs : fit;
+    size_t fit = tiles_that_fit(layout, texel, side, 1 + (size_t)pairs);
+    if (light > 0 && layout->span > 1)
+        fit = least(fit, (tiles_that_fit(layout, 4, side, slices ? layout->step + 1 : 1) - slices) / layout->step);
+    fit = fit < 1 ? 1 : fit; /* of a single slice */
     if (fit >= layout->tiles) {
         layout->bricks[axis] = 1;
         layout->tiles_per_texture = layout->tiles;
@@ -189,9 +206,14 @@ static bool lay_out(const struct vit_plan *plan, const struct vit_caps *caps, in
         layout->bricks[axis] = divide_up(layout->tiles - shared, apart);
         layout->tiles_per_texture = divide_up(layout->tiles - shared, layout->bricks[axis]) + shared;
     }
-    choose_grid(layout, side, caps->texture_npot);
-    layout->bytes =
-        (uint64_t)layout->width * layout->height * texel * layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
+    layout->texels = choose_grid(layout, layout->tiles_per_texture, side, caps->texture_npot);
+    layout->texels.bytes *= texel;
+    if (light > 0) {
+        size_t tiles =
+            layout->span == 1 ? layout->tiles_per_texture : layout->tiles_per_texture * layout->step + slices;
+        layout->light = choose_grid(layout, least(tiles, n[axis]), side, caps->texture_npot);
+        layout->light.bytes *= light;
+    }
     return true;
 }
 
@@ -226,29 +248,46 @@ static bool cut_eye(const struct vit_plan *plan, const struct vit_log *log)
     return false;
 }
 
+static uint64_t bytes_of(const struct vit_plan_stack *stack)
+{
+    return stack->layout.texels.bytes + stack->layout.light.bytes;
+}
+
 /* A second stack is worth less than a picture. */
 static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *request)
 {
-    uint64_t limit = (uint64_t)request->caps.max_texture_mib << 20;
-    plan->texture_limit = limit;
+    uint64_t limit = plan->texture_limit, bytes = bytes_of(&plan->stacks[0]);
     if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
         plan->stack_count = 1;
-    plan->texture_bytes = 0;
-    for (int i = 0; i < plan->stack_count; i++) {
-        if (i > 0 && limit > 0 && plan->texture_bytes + plan->stacks[i].layout.bytes > limit) {
-            vit_plan_leave_out(plan, plan->stacks[i].layout.bytes, "cross-fade",
-                               "a second stack does not fit into %d MiB (max_texture_mib)",
-                               request->caps.max_texture_mib);
-            plan->stack_count = i;
-            break;
-        }
-        plan->texture_bytes += plan->stacks[i].layout.bytes;
+    for (int i = 1; i < plan->stack_count; i++) {
+        bytes += bytes_of(&plan->stacks[i]);
+        if (limit == 0 || bytes <= limit)
+            continue;
+        vit_plan_leave_out(plan, bytes_of(&plan->stacks[i]), "cross-fade",
+                           "a second stack does not fit into %d MiB (max_texture_mib)", request->caps.max_texture_mib);
+        plan->stack_count = i;
     }
     double sum = 0;
     for (int i = 0; i < plan->stack_count; i++)
         sum += plan->stacks[i].weight;
-    for (int i = 0; i < plan->stack_count; i++)
+    for (int i = 0; i < plan->stack_count; i++) {
         plan->stacks[i].weight /= sum;
+        plan->texture_bytes += plan->stacks[i].layout.texels.bytes;
+        plan->light.bytes += plan->stacks[i].layout.light.bytes;
+    }
+}
+
+/* An unlit picture is worth more than none. */
+static void fit_light(struct vit_plan *plan, const struct vit_caps *caps)
+{
+    const struct vit_stack_layout *layout = &plan->stacks[0].layout;
+    char why[96];
+    if (plan->texture_limit == 0 || layout->light.bytes == 0 || bytes_of(&plan->stacks[0]) <= plan->texture_limit)
+        return;
+    snprintf(why, sizeof why, "its textures do not fit into %d MiB (max_texture_mib)", caps->max_texture_mib);
+    vit_plan_drop_light(plan, layout->light.bytes, why);
+    for (int i = 0; i < plan->stack_count; i++)
+        (void)lay_out(plan, caps, plan->stacks[i].axis, &plan->stacks[i].layout); /* as before, and less */
 }
 
 /* Where GL cannot blend to the greatest, a ray's extremes must be found in one go. */
@@ -289,6 +328,9 @@ bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *reque
     }
     if (!cut_eye(plan, log))
         return false;
+    plan->texture_limit = (uint64_t)request->caps.max_texture_mib << 20;
+    plan->light.bytes = plan->texture_bytes = 0;
+    fit_light(plan, &request->caps);
     fit_fade(plan, request);
     if (!fits_extremes(plan, request, log))
         return false;

@@ -39,13 +39,15 @@ struct rows {
 static void light_row(const void *user, size_t first, size_t count, unsigned char *out)
 {
     const struct rows *rows = user;
-    vit_shade_row(rows->shade, rows->plan, first, count, out);
+    const struct vit_texels_line line = {first, 1, count, colors.bytes};
+    vit_shade_line(rows->shade, rows->plan, &line, out);
 }
 
 static void shine_row(const void *user, size_t first, size_t count, unsigned char *out)
 {
     const struct rows *rows = user;
-    vit_shade_shine_row(rows->shade, first, count, out);
+    const struct vit_texels_line line = {first, 1, count, colors.bytes};
+    vit_shade_shine_line(rows->shade, &line, out);
 }
 
 static void index_row(const void *user, size_t first, size_t count, unsigned char *out)

@@ -36,10 +36,11 @@ struct vit_texels_line {
 };
 void vit_texels_line(const struct vit_texels *texels, enum vit_sample sample, const void *samples,
                      const struct vit_texels_line *line, unsigned char *out);
-/* A row, lit (VGK96); `first` is the number of its first voxel. */
+/* The same, lit (VGK96). */
 struct vit_shade;
-void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
-                        enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out);
+void vit_texels_lit_line(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
+                         enum vit_sample sample, const void *samples, const struct vit_texels_line *line,
+                         unsigned char *out);
 void vit_texels_clear(struct vit_texels *texels);
 uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels depend on but the voxels */
 
@@ -62,12 +63,12 @@ struct vit_shade {
 };
 VIT_NODISCARD bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
                                      const struct vit_plan *plan, const struct vit_progress *progress);
-/* Light texels of `count` voxels from number `first` on, four bytes each, colours times sure: grey: body, shine, sure,
- * factor; else body in red, green and blue, and factor. */
-void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
-                   unsigned char *out);
+/* Light texels of a line of voxels, four bytes each, colours times sure: grey: body, shine, sure, factor; else body in
+ * red, green and blue, and factor. */
+void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
+                    unsigned char *out);
 /* Shine in red, green and blue, and sure: under coloured lights. */
-void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out);
+void vit_shade_shine_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out);
 /* In single precision, for texels that are lit before they are filtered. */
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
 void vit_shade_clear(struct vit_shade *shade);
@@ -134,7 +135,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
     X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
-    X(light_shine) X(light_table) X(light_scale) X(light_ambient) X(light_gain) \
+    X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
     X(stack_columns) X(stack_tile) X(stack_from_px)
@@ -151,20 +152,45 @@ struct vit_program {
 
 struct vit_mesh_part;
 
-/* stacks2d.c: slices along an axis as tiles of 2D textures. */
+/* tiles.c: what fills a stack's textures with tiles. */
+struct vit_tiles {
+    const char *what;
+    const size_t *n;
+    const struct vit_stack_layout *layout;
+    const struct vit_stack_grid *grid;
+    size_t span, step;     /* slices in a tile, and to the next */
+    size_t voxel_bytes;    /* of a slice in a texel */
+    GLenum type;           /* of RGBA */
+    const uint8_t *wanted; /* bricks of the volume; only what holds them is sent. NULL: everything */
+    struct vit_staging *staging;
+    /* Called by several threads at once. */
+    void (*line)(const void *user, const struct vit_texels_line *line, unsigned char *out);
+    const void *user;
+};
+/* Into textures by brick. False: out of memory or cancelled (logged). */
+VIT_NODISCARD bool vit_tiles_send(struct vit_gl *gl, const struct vit_tiles *tiles, const GLuint *textures,
+                                  const struct vit_progress *progress);
+
+/* stacks2d.c: slices along an axis as tiles of 2D textures: the volume's texels and, where slabs take light, their
+ * light, and its shine under coloured lights. */
+enum vit_stack_plane { VIT_STACK_TEXELS = 0, VIT_STACK_LIGHT, VIT_STACK_SHINE, VIT_STACK_PLANE_COUNT };
 struct vit_stack {
-    GLuint *textures; /* by brick: (k·bricks[1] + j)·bricks[0] + i */
+    GLuint *textures[VIT_STACK_PLANE_COUNT]; /* by brick: (k·bricks[1] + j)·bricks[0] + i; NULL: not there */
     size_t count;
     enum vit_texel texel;
     struct vit_stack_layout layout;
-    uint64_t made_from, bytes;
+    uint64_t made_from, lit_from; /* lit_from: of texels that are lit, or of their light */
+    bool in_texels;
 };
 struct vit_stacks {
     struct vit_stack stack[3]; /* by axis; none that was not asked for */
+    struct vit_staging staging;
     double hu_origin, hu_per_value;
 };
+/* shade: of the same plan; used where it is lit. */
 VIT_NODISCARD bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
-                                      const struct vit_plan *plan, const struct vit_progress *progress);
+                                      const struct vit_shade *shade, const struct vit_plan *plan,
+                                      const struct vit_progress *progress);
 /* How rays run along a stack; and one part of its slices. */
 void vit_stacks_set_rays(const struct vit_program *program, const struct vit_plan *plan,
                          const struct vit_plan_stack *stack);

@@ -155,7 +155,8 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
     if (plan->path == VIT_PATH_STACKS) {
         vit_texture3d_clear(&renderer->texture3d);
         vit_light3d_clear(&renderer->light3d);
-        return vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, plan, progress);
+        return vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
+               vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, progress);
     }
     vit_stacks_clear(&renderer->stacks);
     if (!vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) ||
@@ -295,7 +296,7 @@ static void send_vertices(struct vit_renderer *renderer, const struct vit_progra
 
 static void bind_textures(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
-    if (plan->features & VIT_FEATURE(LIGHT)) {
+    if (plan->path == VIT_PATH_3D && plan->features & VIT_FEATURE(LIGHT)) {
         glActiveTexture(GL_TEXTURE7);
         glBindTexture(plan->features & VIT_FEATURE(LIGHT_INDEX) ? GL_TEXTURE_2D : GL_TEXTURE_3D,
                       renderer->light3d.second);

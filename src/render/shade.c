@@ -156,6 +156,9 @@ bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct 
     const struct vit_log *log = vit_gl_log(gl);
     uint64_t directions = hash_directions(plan), surface = hash_surface(plan, directions);
     uint64_t table = hash_table(plan, surface);
+    /* The view moves and its light is left for later: so that stacks made now are lit like those that are there. */
+    if (plan->light.stays && shade->table_from && shade->surface_from == surface)
+        return true;
     if (shade->directions_from != directions) {
         vit_shade_clear(shade);
         if (!make_directions(shade, volume, plan, log, progress))
@@ -174,67 +177,79 @@ fail:
     return false;
 }
 
-/* ---- rows ------------------------------------------------------------------------------------------------------- */
+/* ---- lines ------------------------------------------------------------------------------------------------------- */
 
 static inline unsigned char round_byte(float value)
 {
     return (unsigned char)(value < 255 ? value + 0.5F : 255);
 }
 
-static void shade_any(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
+static void shade_any(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
                       unsigned char *out)
 {
     const float ambient = (float)(255 * plan->light.model.material.ambient / plan->light.body_max);
     const size_t channels = shade->grey ? 2 : 6;
-    for (size_t i = 0; i < count; i++, out += 4) {
-        const float *scaled = shade->scaled + (size_t)shade->index[first + i] * channels;
-        const float sure = (float)shade->sure[first + i] * (1.0F / 255);
-        const float weight = shade->weight ? sure * shade->weight[first + i] : sure;
+    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
+        const size_t voxel = line->place + i * line->stride;
+        const float *scaled = shade->scaled + (size_t)shade->index[voxel] * channels;
+        const float sure = (float)shade->sure[voxel] * (1.0F / 255);
+        const float weight = shade->weight ? sure * shade->weight[voxel] : sure;
         out[0] = round_byte(sure * ambient + weight * scaled[0]);
         out[1] = round_byte(shade->grey ? weight * scaled[1] : sure * ambient + weight * scaled[1]);
-        out[2] = shade->grey ? shade->sure[first + i] : round_byte(sure * ambient + weight * scaled[2]);
-        out[3] = shade->factor ? shade->factor[first + i] : 255;
+        out[2] = shade->grey ? shade->sure[voxel] : round_byte(sure * ambient + weight * scaled[2]);
+        out[3] = shade->factor ? shade->factor[voxel] : 255;
     }
 }
 
 /* Grey light, no boundaries: what most presets have. */
-static void shade_grey(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out)
+static void shade_grey(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out)
 {
-    const uint16_t *index = shade->index + first;
-    const uint8_t *sure = shade->sure + first, *factor = shade->factor ? shade->factor + first : NULL;
-    for (size_t i = 0; i < count; i++, out += 4) {
-        const uint32_t both = shade->packed[index[i]], s = sure[i];
+    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
+        const size_t voxel = line->place + i * line->stride;
+        const uint32_t both = shade->packed[shade->index[voxel]], s = shade->sure[voxel];
         out[0] = (unsigned char)(((both & 0xffff) * s + 0x8000) >> 16);
         out[1] = (unsigned char)(((both >> 16) * s + 0x8000) >> 16);
         out[2] = (unsigned char)s;
-        out[3] = factor ? factor[i] : 255;
+        out[3] = shade->factor ? shade->factor[voxel] : 255;
     }
 }
 
-void vit_shade_row(const struct vit_shade *shade, const struct vit_plan *plan, size_t first, size_t count,
-                   unsigned char *out)
+static void shade_known(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
+                        unsigned char *out)
 {
-    const size_t row = first / plan->n[0], low = first % plan->n[0], high = low + count;
-    for (size_t i = 0; i < count; i++)
-        memcpy(out + 4 * i, (const unsigned char[4]){0, 0, 0, 255}, 4); /* nobody asks for it */
+    if (shade->grey && !shade->weight)
+        shade_grey(shade, line, out);
+    else
+        shade_any(shade, plan, line, out);
+}
+
+void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
+                    unsigned char *out)
+{
+    if (line->stride != 1) { /* across rows: the mask is of no use, what is not known is 0 */
+        shade_known(shade, plan, line, out);
+        return;
+    }
+    const size_t row = line->place / plan->n[0], low = line->place % plan->n[0], high = low + line->count;
+    for (size_t i = 0; i < line->count; i++)
+        memcpy(out + line->out_stride * i, (const unsigned char[4]){0, 0, 0, 255}, 4); /* nobody asks for it */
     for (size_t from, end = low; vit_voxel_mask_next(&shade->mask, row, &from, &end) && from < high;) {
-        const size_t at = row * plan->n[0] + from, length = (end < high ? end : high) - from;
-        if (shade->grey && !shade->weight)
-            shade_grey(shade, at, length, out + 4 * (from - low));
-        else
-            shade_any(shade, plan, at, length, out + 4 * (from - low));
+        const struct vit_texels_line known = {row * plan->n[0] + from, 1, (end < high ? end : high) - from,
+                                              line->out_stride};
+        shade_known(shade, plan, &known, out + line->out_stride * (from - low));
     }
 }
 
-void vit_shade_shine_row(const struct vit_shade *shade, size_t first, size_t count, unsigned char *out)
+void vit_shade_shine_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out)
 {
-    for (size_t i = 0; i < count; i++, out += 4) {
-        const float sure = (float)shade->sure[first + i] * (1.0F / 255);
-        const float weight = shade->weight ? sure * shade->weight[first + i] : sure;
-        const float *scaled = shade->scaled + (size_t)shade->index[first + i] * 6 + 3;
+    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
+        const size_t voxel = line->place + i * line->stride;
+        const float sure = (float)shade->sure[voxel] * (1.0F / 255);
+        const float weight = shade->weight ? sure * shade->weight[voxel] : sure;
+        const float *scaled = shade->scaled + (size_t)shade->index[voxel] * 6 + 3;
         for (int c = 0; c < 3; c++)
             out[c] = round_byte(weight * scaled[c]);
-        out[3] = shade->sure[first + i];
+        out[3] = shade->sure[voxel];
     }
 }
 

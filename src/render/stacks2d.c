@@ -5,78 +5,6 @@
 #include "render_private.h"
 #include "vitrine/proxy.h"
 
-/* Staging of one upload. */
-#define CHUNK_BYTES ((size_t)4 << 20)
-/* Voxels across a tile that are transposed at once: their cache lines stay in the first-level cache. */
-#define BLOCK 64
-
-/* ---- transposition ----------------------------------------------------------------------------------------------- */
-
-/* What turns the voxels of one brick into tiles. */
-struct tiler {
-    const struct vit_texels *texels;
-    const struct vit_volume_info *info;
-    const void *samples;
-    struct vit_stack_layout layout;
-    struct vit_stack_brick brick;
-    size_t voxel_bytes, texel_bytes, width, height; /* of the brick's tiles */
-    size_t stride[3];                               /* of the volume, by axis */
-};
-
-static void tiler_init(struct tiler *tiler, const struct vit_texels *texels, const struct vit_volume *volume,
-                       const struct vit_plan *plan, const struct vit_stack_layout *layout)
-{
-    const struct vit_volume_info *info = vit_volume_get_info(volume);
-    *tiler = (struct tiler){.texels = texels,
-                            .info = info,
-                            .samples = vit_volume_samples(volume),
-                            .layout = *layout,
-                            .voxel_bytes = vit_texel_bytes(plan->texel),
-                            .stride = {1, info->n[0], info->n[0] * info->n[1]}};
-    tiler->texel_bytes = tiler->voxel_bytes * layout->span;
-}
-
-static void tiler_take(struct tiler *tiler, const size_t at[3])
-{
-    const struct vit_stack_layout *layout = &tiler->layout;
-    tiler->brick = vit_stack_brick_at(layout, tiler->info->n, at);
-    tiler->width = tiler->brick.last[layout->across] - tiler->brick.first[layout->across] + 1;
-    tiler->height = tiler->brick.last[layout->down] - tiler->brick.first[layout->down] + 1;
-}
-
-/* One row of a block of tiles: those of `count` tiles from `first` (of the brick) on, each width × height texels. */
-static void tile_row(const struct tiler *tiler, size_t first, size_t count, size_t row, unsigned char *out)
-{
-    const struct vit_stack_layout *layout = &tiler->layout;
-    const size_t *from = tiler->brick.first, *stride = tiler->stride;
-    size_t tile_bytes = tiler->width * tiler->height * tiler->texel_bytes;
-    size_t row_place =
-        (from[layout->down] + row) * stride[layout->down] + from[layout->across] * stride[layout->across];
-    size_t last = tiler->info->n[layout->axis] - 1;
-    for (size_t block = 0; block < tiler->width; block += BLOCK) {
-        struct vit_texels_line line = {.stride = stride[layout->across],
-                                       .count = tiler->width - block < BLOCK ? tiler->width - block : BLOCK,
-                                       .out_stride = tiler->texel_bytes};
-        unsigned char *to = out + (row * tiler->width + block) * tiler->texel_bytes;
-        for (size_t tile = 0; tile < count; tile++)
-            for (size_t c = 0; c < layout->span; c++) {
-                size_t slice = (tiler->brick.first_tile + first + tile) * layout->step + c;
-                line.place =
-                    row_place + block * stride[layout->across] + (slice < last ? slice : last) * stride[layout->axis];
-                vit_texels_line(tiler->texels, tiler->info->sample, tiler->samples, &line,
-                                to + tile * tile_bytes + c * tiler->voxel_bytes);
-            }
-    }
-}
-
-static void tile_rows(const struct tiler *tiler, size_t first, size_t count, unsigned char *out)
-{
-    ptrdiff_t rows = (ptrdiff_t)tiler->height;
-#pragma omp parallel for schedule(static)
-    for (ptrdiff_t row = 0; row < rows; row++)
-        tile_row(tiler, first, count, (size_t)row, out);
-}
-
 /* ---- textures ---------------------------------------------------------------------------------------------------- */
 
 static GLenum internal_format(enum vit_texel texel)
@@ -93,163 +21,257 @@ static GLenum internal_format(enum vit_texel texel)
     }
 }
 
+/* Planes that a picture by this plan draws from. */
+static bool has_plane(const struct vit_plan *plan, int plane)
+{
+    if (plane == VIT_STACK_TEXELS)
+        return true;
+    return plan->features & VIT_FEATURE(LIGHT) &&
+           (plane == VIT_STACK_LIGHT || plan->features & VIT_FEATURE(LIGHT_COLOR));
+}
+
+static const struct vit_stack_grid *grid_of(const struct vit_stack_layout *layout, int plane)
+{
+    return plane == VIT_STACK_TEXELS ? &layout->texels : &layout->light;
+}
+
+static void plane_clear(struct vit_stack *stack, int plane)
+{
+    if (stack->textures[plane])
+        glDeleteTextures((GLsizei)stack->count, stack->textures[plane]);
+    vit_free(stack->textures[plane]);
+    stack->textures[plane] = NULL;
+}
+
 static void stack_clear(struct vit_stack *stack)
 {
-    if (stack->textures)
-        glDeleteTextures((GLsizei)stack->count, stack->textures);
-    vit_free(stack->textures);
+    for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
+        plane_clear(stack, plane);
     *stack = (struct vit_stack){0};
 }
 
+static uint64_t stack_bytes(const struct vit_stack *stack)
+{
+    uint64_t light = stack->textures[VIT_STACK_LIGHT] ? stack->layout.light.bytes : 0;
+    return stack->textures[VIT_STACK_TEXELS] ? stack->layout.texels.bytes + light : 0;
+}
+
+static bool same_grid(const struct vit_stack_grid *a, const struct vit_stack_grid *b)
+{
+    return a->columns == b->columns && a->rows == b->rows && a->width == b->width && a->height == b->height &&
+           a->bytes == b->bytes;
+}
+
+/* But for light. */
 static bool same_layout(const struct vit_stack_layout *a, const struct vit_stack_layout *b)
 {
     return a->axis == b->axis && a->span == b->span && a->step == b->step && a->tiles == b->tiles &&
            a->tiles_per_texture == b->tiles_per_texture && memcmp(a->bricks, b->bricks, sizeof a->bricks) == 0 &&
-           a->tile_width == b->tile_width && a->tile_height == b->tile_height && a->columns == b->columns &&
-           a->rows == b->rows && a->width == b->width && a->height == b->height;
+           a->tile_width == b->tile_width && a->tile_height == b->tile_height && same_grid(&a->texels, &b->texels);
+}
+
+static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane)
+{
+    static const char axis_names[] = "xyz";
+    static const char *const names[] = {"", "light ", "shine "};
+    const struct vit_stack_layout *layout = &stack->layout;
+    const struct vit_stack_grid *grid = grid_of(layout, plane);
+    GLenum format = plane == VIT_STACK_TEXELS ? internal_format(stack->texel) : GL_RGBA8;
+    const char *texel = vit_texel_name(plane == VIT_STACK_TEXELS ? stack->texel : VIT_TEXEL_RGBA8);
+    char where[128];
+    snprintf(where, sizeof where, "stack %c: %zu %stextures of %zu x %zu %s (%.0f MiB)", axis_names[layout->axis],
+             stack->count, names[plane], grid->width, grid->height, texel, (double)grid->bytes / 1048576);
+    GLuint *textures = vit_alloc_zero(stack->count, sizeof *textures);
+    stack->textures[plane] = textures;
+    if (!textures) {
+        vit_error(vit_gl_log(gl), "%s: out of memory", where);
+        return false;
+    }
+    for (size_t i = 0; i < stack->count; i++)
+        if (!vit_gl_texture_create(gl, &textures[i], format, (int)grid->width, (int)grid->height, where))
+            return false;
+    return true;
 }
 
 static bool allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
                      const struct vit_stack_layout *layout)
 {
-    if (stack->textures && stack->texel == plan->texel && same_layout(&stack->layout, layout))
-        return true;
-    stack_clear(stack);
-    size_t count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
-    static const char axis_names[] = "xyz";
-    char where[128];
-    snprintf(where, sizeof where, "stack %c: %zu textures of %zu x %zu %s (%.0f MiB)", axis_names[layout->axis], count,
-             layout->width, layout->height, vit_texel_name(plan->texel), (double)layout->bytes / 1048576);
-    stack->textures = vit_alloc_zero(count, sizeof *stack->textures);
-    if (!stack->textures) {
-        vit_error(vit_gl_log(gl), "%s: out of memory", where);
-        return false;
-    }
-    stack->count = count;
-    for (size_t i = 0; i < count; i++)
-        if (!vit_gl_texture_create(gl, &stack->textures[i], internal_format(plan->texel), (int)layout->width,
-                                   (int)layout->height, where)) {
+    if (stack->count > 0 && (stack->texel != plan->texel || !same_layout(&stack->layout, layout)))
+        stack_clear(stack);
+    bool same_light = same_grid(&stack->layout.light, &layout->light);
+    for (int plane = VIT_STACK_LIGHT; plane < VIT_STACK_PLANE_COUNT; plane++)
+        if (!same_light || !has_plane(plan, plane))
+            plane_clear(stack, plane);
+    stack->count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
+    stack->texel = plan->texel;
+    stack->layout = *layout;
+    for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
+        if (stack->textures[plane] || !has_plane(plan, plane))
+            continue;
+        if (!allocate_plane(gl, stack, plane)) {
             stack_clear(stack);
             return false;
         }
-    stack->texel = plan->texel;
-    stack->layout = *layout;
-    stack->bytes = layout->bytes;
+        stack->lit_from = 0;
+    }
     return true;
 }
 
-static void send_tiles(struct vit_gl *gl, const struct tiler *tiler, enum vit_texel texel, size_t first, size_t count,
-                       const unsigned char *staging)
-{
-    const struct vit_stack_layout *layout = &tiler->layout;
-    size_t tile_bytes = tiler->width * tiler->height * tiler->texel_bytes;
-    for (size_t i = 0; i < count; i++) {
-        size_t tile = first + i;
-        glTexSubImage2D(GL_TEXTURE_2D, 0, (GLint)(tile % layout->columns * layout->tile_width),
-                        (GLint)(tile / layout->columns * layout->tile_height), (GLsizei)tiler->width,
-                        (GLsizei)tiler->height, GL_RGBA, vit_gl_pixel_type(gl, internal_format(texel)),
-                        staging + i * tile_bytes);
-    }
-}
-
-static bool fill_brick(struct vit_gl *gl, const struct tiler *tiler, enum vit_texel texel, GLuint texture,
-                       unsigned char *staging, size_t staging_bytes)
-{
-    size_t tile_bytes = tiler->width * tiler->height * tiler->texel_bytes;
-    size_t batch = staging_bytes / tile_bytes;
-    glBindTexture(GL_TEXTURE_2D, texture);
-    for (size_t first = 0; first < tiler->brick.tiles; first += batch) {
-        size_t count = tiler->brick.tiles - first < batch ? tiler->brick.tiles - first : batch;
-        tile_rows(tiler, first, count, staging);
-        send_tiles(gl, tiler, texel, first, count, staging);
-    }
-    return vit_gl_check(gl, "stack upload");
-}
-
-static bool fill(struct vit_gl *gl, struct vit_stack *stack, const struct vit_texels *texels,
-                 const struct vit_volume *volume, const struct vit_plan *plan, const struct vit_progress *progress)
-{
-    const struct vit_stack_layout *layout = &stack->layout;
-    struct tiler tiler;
-    tiler_init(&tiler, texels, volume, plan, layout);
-    size_t tile_bytes = layout->tile_width * layout->tile_height * tiler.texel_bytes;
-    size_t staging_bytes = tile_bytes > CHUNK_BYTES ? tile_bytes : CHUNK_BYTES;
-    unsigned char *staging = vit_alloc(staging_bytes, 1);
-    if (!staging) {
-        vit_error(vit_gl_log(gl), "out of memory for the texture upload");
-        return false;
-    }
-    bool going = true;
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (size_t i = 0; i < stack->count && going; i++) {
-        const size_t *bricks = layout->bricks;
-        const size_t at[3] = {i % bricks[0], i / bricks[0] % bricks[1], i / bricks[0] / bricks[1]};
-        tiler_take(&tiler, at);
-        going = fill_brick(gl, &tiler, plan->texel, stack->textures[i], staging, staging_bytes);
-        if (going && !vit_progress_step(progress, "texture", i + 1, stack->count)) {
-            vit_error(vit_gl_log(gl), "texture upload: cancelled");
-            going = false;
-        }
-    }
-    vit_free(staging);
-    return going;
-}
-
+/* Bytes are put together before they are interpolated; light is not. */
 static void set_filter(const struct vit_stack *stack, const struct vit_plan *plan)
 {
-    /* Bytes are put together before they are interpolated. */
-    bool nearest = plan->filter == VIT_FILTER_NEAREST || plan->texel == VIT_TEXEL_R8R8;
-    for (size_t i = 0; i < stack->count; i++) {
-        glBindTexture(GL_TEXTURE_2D, stack->textures[i]);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
+    for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
+        bool nearest =
+            plan->filter == VIT_FILTER_NEAREST || (plane == VIT_STACK_TEXELS && plan->texel == VIT_TEXEL_R8R8);
+        for (size_t i = 0; i < stack->count && stack->textures[plane]; i++) {
+            glBindTexture(GL_TEXTURE_2D, stack->textures[plane][i]);
+            vit_texture_filter(GL_TEXTURE_2D, !nearest);
+        }
     }
 }
 
-/* Stacks of other views stay as long as there is room for them. */
-static void make_room(struct vit_stacks *stacks, const struct vit_plan *plan)
+/* ---- filling ----------------------------------------------------------------------------------------------------- */
+
+/* What lines of voxels become texels by. */
+struct source {
+    const struct vit_texels *texels;
+    const struct vit_shade *shade;
+    const struct vit_plan *plan;
+    const void *samples;
+    enum vit_sample sample;
+};
+
+static void texel_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    uint64_t needed = 0, others = 0;
-    for (int i = 0; i < plan->stack_count; i++)
-        needed += plan->stacks[i].layout.bytes;
-    for (int pass = 0; pass < 2; pass++)
-        for (int axis = 0; axis < 3; axis++) {
-            bool drawn = false;
-            for (int i = 0; i < plan->stack_count; i++)
-                drawn = drawn || plan->stacks[i].axis == axis;
-            if (drawn)
-                continue;
-            if (pass == 0)
-                others += stacks->stack[axis].bytes;
-            else if (needed + others > plan->texture_limit && plan->texture_limit > 0) {
-                others -= stacks->stack[axis].bytes;
-                stack_clear(&stacks->stack[axis]);
-            }
+    const struct source *source = user;
+    vit_texels_line(source->texels, source->sample, source->samples, line, out);
+}
+
+static void lit_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
+{
+    const struct source *source = user;
+    vit_texels_lit_line(source->texels, source->shade, source->plan, source->sample, source->samples, line, out);
+}
+
+static void light_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
+{
+    const struct source *source = user;
+    vit_shade_line(source->shade, source->plan, line, out);
+}
+
+static void shine_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
+{
+    const struct source *source = user;
+    vit_shade_shine_line(source->shade, line, out);
+}
+
+static bool fill_texels(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
+                        const struct source *source, bool only_light, const struct vit_progress *progress)
+{
+    const struct vit_plan *plan = source->plan;
+    const struct vit_tiles tiles = {.what = "stack",
+                                    .n = plan->n,
+                                    .layout = &stack->layout,
+                                    .grid = &stack->layout.texels,
+                                    .span = stack->layout.span,
+                                    .step = stack->layout.step,
+                                    .voxel_bytes = vit_texel_bytes(plan->texel),
+                                    .type = vit_gl_pixel_type(gl, internal_format(plan->texel)),
+                                    .wanted = only_light ? source->shade->wanted : NULL,
+                                    .staging = &stacks->staging,
+                                    .line = plan->light.in_texels ? lit_line : texel_line,
+                                    .user = source};
+    return vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_TEXELS], progress);
+}
+
+static bool fill_light(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
+                       const struct source *source, const struct vit_progress *progress)
+{
+    struct vit_tiles tiles = {.what = "light",
+                              .n = source->plan->n,
+                              .layout = &stack->layout,
+                              .grid = &stack->layout.light,
+                              .span = 1,
+                              .step = 1,
+                              .voxel_bytes = 4,
+                              .type = GL_UNSIGNED_BYTE,
+                              .wanted = source->shade->wanted,
+                              .staging = &stacks->staging,
+                              .line = light_line,
+                              .user = source};
+    bool good = vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_LIGHT], progress);
+    tiles.line = shine_line;
+    return good && (!stack->textures[VIT_STACK_SHINE] ||
+                    vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_SHINE], progress));
+}
+
+/* Stacks of other views stay as long as they are of use and there is room for them. */
+static void make_room(struct vit_stacks *stacks, const struct vit_plan *plan, uint64_t made_from)
+{
+    uint64_t bytes = 0;
+    bool drawn[3] = {false, false, false};
+    for (int i = 0; i < plan->stack_count; i++) {
+        drawn[plan->stacks[i].axis] = true;
+        bytes += plan->stacks[i].layout.texels.bytes + plan->stacks[i].layout.light.bytes;
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        struct vit_stack *stack = &stacks->stack[axis];
+        if (!drawn[axis] && stack->made_from != made_from)
+            stack_clear(stack);
+        for (int plane = VIT_STACK_LIGHT; plane < VIT_STACK_PLANE_COUNT; plane++)
+            if (!drawn[axis] && !has_plane(plan, plane))
+                plane_clear(stack, plane);
+        bytes += drawn[axis] ? 0 : stack_bytes(stack);
+    }
+    for (int axis = 0; axis < 3; axis++)
+        if (!drawn[axis] && plan->texture_limit > 0 && bytes > plan->texture_limit) {
+            bytes -= stack_bytes(&stacks->stack[axis]);
+            stack_clear(&stacks->stack[axis]);
         }
 }
 
-bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
-                        const struct vit_plan *plan, const struct vit_progress *progress)
+/* Whatever of a stack is not as the plan has it; `texels` are made when they are first needed. */
+static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack *stack, struct vit_texels *texels,
+                 const struct source *source, const struct vit_volume *volume, uint64_t made_from,
+                 const struct vit_progress *progress)
 {
-    uint64_t hash = vit_texels_hash(plan);
-    struct vit_texels texels = {0};
+    const struct vit_plan *plan = source->plan;
+    uint64_t lit_from = plan->light.on ? source->shade->table_from : 0;
+    bool in_texels = plan->light.in_texels, apart = stack->textures[VIT_STACK_LIGHT];
+    bool same = stack->made_from == made_from, same_light = stack->lit_from == lit_from;
     bool good = true;
-    make_room(stacks, plan);
-    for (int i = 0; i < plan->stack_count && good; i++) {
-        struct vit_stack *stack = &stacks->stack[plan->stacks[i].axis];
-        good = allocate(gl, stack, plan, &plan->stacks[i].layout);
-        if (good)
-            set_filter(stack, plan);
-        if (!good || stack->made_from == hash)
-            continue;
-        if (!texels.entries && !vit_texels_make(&texels, volume, plan)) {
+    if (!same || (in_texels != stack->in_texels) || (in_texels && !same_light)) {
+        if (!texels->entries && !vit_texels_make(texels, volume, plan)) {
             vit_error(vit_gl_log(gl), "out of memory for the texel table");
             return false;
         }
-        stacks->hu_origin = texels.hu_origin;
-        stacks->hu_per_value = texels.hu_per_value;
-        good = fill(gl, stack, &texels, volume, plan, progress);
-        stack->made_from = good ? hash : 0;
+        stacks->hu_origin = texels->hu_origin;
+        stacks->hu_per_value = texels->hu_per_value;
+        good = fill_texels(gl, stacks, stack, source, same && in_texels && stack->in_texels, progress);
+    }
+    good = good && (!apart || same_light || fill_light(gl, stacks, stack, source, progress));
+    stack->made_from = good ? made_from : 0;
+    stack->lit_from = good ? lit_from : 0;
+    stack->in_texels = in_texels;
+    return good;
+}
+
+bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
+                        const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_progress *progress)
+{
+    uint64_t made_from = vit_texels_hash(plan);
+    struct vit_texels texels = {0};
+    const struct source source = {&texels, shade, plan, vit_volume_samples(volume),
+                                  vit_volume_get_info(volume)->sample};
+    bool good = true;
+    make_room(stacks, plan, made_from);
+    for (int i = 0; i < plan->stack_count && good; i++) {
+        struct vit_stack *stack = &stacks->stack[plan->stacks[i].axis];
+        good = allocate(gl, stack, plan, &plan->stacks[i].layout);
+        if (!good)
+            break;
+        set_filter(stack, plan);
+        good = fill(gl, stacks, stack, &texels, &source, volume, made_from, progress);
     }
     vit_texels_clear(&texels);
     return good;
@@ -259,7 +281,7 @@ uint64_t vit_stacks_bytes(const struct vit_stacks *stacks)
 {
     uint64_t bytes = 0;
     for (int axis = 0; axis < 3; axis++)
-        bytes += stacks->stack[axis].bytes;
+        bytes += stack_bytes(&stacks->stack[axis]);
     return bytes;
 }
 
@@ -267,6 +289,8 @@ void vit_stacks_clear(struct vit_stacks *stacks)
 {
     for (int axis = 0; axis < 3; axis++)
         stack_clear(&stacks->stack[axis]);
+    vit_free(stacks->staging.bytes);
+    stacks->staging = (struct vit_staging){0};
 }
 
 /* ---- drawing ----------------------------------------------------------------------------------------------------- */
@@ -322,6 +346,12 @@ static void set_tile_from_tex(const struct vit_program *program, const struct vi
     glUniform3fv(program->stack_high, 1, high);
 }
 
+static void set_grid(GLint columns, GLint from_px, const struct vit_stack_grid *grid)
+{
+    glUniform2f(columns, (GLfloat)grid->columns, 1.0f / (GLfloat)grid->columns);
+    glUniform2f(from_px, 1.0f / (GLfloat)grid->width, 1.0f / (GLfloat)grid->height);
+}
+
 void vit_stacks_set_part(const struct vit_program *program, const struct vit_stacks *stacks,
                          const struct vit_plan *plan, const struct vit_plan_stack *stack,
                          const struct vit_mesh_part *part)
@@ -329,8 +359,12 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     const struct vit_stack *textures = &stacks->stack[stack->axis];
     const struct vit_stack_layout *layout = &stack->layout;
     double low[3], high[3];
-    glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_2D, textures->textures[part->texture]);
+    static const GLenum units[VIT_STACK_PLANE_COUNT] = {GL_TEXTURE0, GL_TEXTURE6, GL_TEXTURE7};
+    for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
+        if (has_plane(plan, plane)) {
+            glActiveTexture(units[plane]);
+            glBindTexture(GL_TEXTURE_2D, textures->textures[plane][part->texture]);
+        }
     vit_mesh_brick_faces(&part->brick, plan->n, low, high);
     vit_uniform_vec3(program->brick_low, (struct vit_vec3){low[0], low[1], low[2]});
     vit_uniform_vec3(program->brick_high, (struct vit_vec3){high[0], high[1], high[2]});
@@ -342,8 +376,9 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     vit_uniform_vec3(program->draw_high, (struct vit_vec3){high[0], high[1], high[2]});
     set_tile_from_tex(program, plan, layout, &part->brick);
     glUniform2f(program->stack_step, (GLfloat)layout->step, 1.0f / (GLfloat)layout->step);
-    glUniform2f(program->stack_columns, (GLfloat)layout->columns, 1.0f / (GLfloat)layout->columns);
+    set_grid(program->stack_columns, program->stack_from_px, &layout->texels);
+    if (has_plane(plan, VIT_STACK_LIGHT))
+        set_grid(program->light_columns, program->light_from_px, &layout->light);
     glUniform3f(program->stack_tile, (GLfloat)layout->tile_width, (GLfloat)layout->tile_height,
                 (GLfloat)(part->brick.tiles - 1));
-    glUniform2f(program->stack_from_px, 1.0f / (GLfloat)layout->width, 1.0f / (GLfloat)layout->height);
 }

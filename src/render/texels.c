@@ -189,17 +189,19 @@ static void light_texel(const float texel[4], const struct vit_voxel_light *ligh
     out[3] = alpha;
 }
 
-void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
-                        enum vit_sample sample, const void *row, size_t first, size_t count, unsigned char *out)
+void vit_texels_lit_line(const struct vit_texels *texels, const struct vit_shade *shade, const struct vit_plan *plan,
+                         enum vit_sample sample, const void *samples, const struct vit_texels_line *line,
+                         unsigned char *out)
 {
     const struct vit_texel_format *format = texels->format;
     const float gain = (float)plan->light.gain;
-    memset(out, 0, count * format->bytes);
-    for (size_t i = 0; i < count; i++, out += format->bytes) {
-        const float *texel = texels->classified[entry_of(texels, sample, row, i)];
+    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
+        size_t place = line->place + i * line->stride;
+        const float *texel = texels->classified[entry_of(texels, sample, samples, place)];
+        memset(out, 0, format->bytes);
         if (texel[0] + texel[1] + texel[2] + texel[3] == 0)
             continue;
-        struct vit_voxel_light light = vit_shade_voxel(shade, plan, first + i);
+        struct vit_voxel_light light = vit_shade_voxel(shade, plan, place);
         float lit[4];
         light_texel(texel, &light, gain, lit);
         const double value[4] = {lit[0], lit[1], lit[2], lit[3]};
@@ -207,7 +209,7 @@ void vit_texels_lit_row(const struct vit_texels *texels, const struct vit_shade 
             store_texel(format, false, value, out);
             continue;
         }
-        uint32_t up = dither_at((uint32_t)(first + i));
+        uint32_t up = dither_at((uint32_t)place);
         for (int c = 0; c < 4; c++)
             out[c] = (unsigned char)(((uint32_t)lrint(fmin(1, fmax(0, value[c])) * 255 * 256) + up) >> 8);
     }

@@ -8,16 +8,15 @@ struct rows {
     const struct vit_shade *shade; /* NULL: unlit */
     const struct vit_plan *plan;
     enum vit_sample sample;
-    const unsigned char *samples;
+    const void *samples;
 };
 
 static void put_row(const void *user, size_t first, size_t count, unsigned char *out)
 {
     const struct rows *rows = user;
-    const unsigned char *row = rows->samples + first * 2;
     const struct vit_texels_line line = {first, 1, count, rows->texels->format->bytes};
     if (rows->shade)
-        vit_texels_lit_row(rows->texels, rows->shade, rows->plan, rows->sample, row, first, count, out);
+        vit_texels_lit_line(rows->texels, rows->shade, rows->plan, rows->sample, rows->samples, &line, out);
     else
         vit_texels_line(rows->texels, rows->sample, rows->samples, &line, out);
 }

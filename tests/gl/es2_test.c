@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "gl_fixture.h"
+#include "light_fixture.h"
 
 static char said[1024];
 
@@ -128,12 +128,43 @@ static void every_variant_draws_the_block(void **state)
     assert_true(worst < 0.8 / 255 && dithered < 25.0 / 255);
 }
 
+/* Light is bytes here as anywhere; a picture of 8 bits rounds once more, texels of 8 bits are noise (pre). */
+static void stacks_are_lit(void **state)
+{
+    static const char *const views[] = {"anterior", "left", "inferior"};
+    struct fixture *f = on_es2(state);
+    struct outcome worst[3] = {{0, 0}, {0, 0}, {0, 0}};
+    assert_true(fixture_load(f, "sphere"));
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(light_scenes); i += 2)
+        for (int classify = VIT_CLASSIFY_PRE; classify < VIT_CLASSIFY_COUNT; classify++)
+            for (int bare = 0; bare < (i < 4 ? 2 : 1); bare++) {
+                static const char *const none[] = {"texture_float_linear=0", "texture_half_float_linear=0",
+                                                   "color_buffer_half_float=0", "texture_npot=0"};
+                struct vit_caps caps = *vit_gl_caps(f->gl);
+                for (size_t n = 0; n < VIT_ARRAY_LENGTH(none) && bare; n++)
+                    assert_true(vit_caps_limit(&caps, none[n], &f->log));
+                struct outcome out = light_on_stacks(f, light_scenes[i], (enum vit_classify)classify,
+                                                     views[(i + (size_t)classify) % 3], &caps);
+                int kind = bare && classify == VIT_CLASSIFY_PRE ? 2 : bare;
+                worst[kind].max = fmax(worst[kind].max, out.max);
+                worst[kind].rms = fmax(worst[kind].rms, out.rms);
+            }
+    f->preset.sampling.line = VIT_LINE_FITTED;
+    static const char *const kinds[] = {"as it is", "8-bit pictures", "8-bit texels too"};
+    static const double bounds[] = {1.3e-3, 1.5e-3, 1e-2};
+    for (int kind = 0; kind < 3; kind++) {
+        print_message("# ES 2, lit, %s: max %.2e rms %.2e\n", kinds[kind], worst[kind].max, worst[kind].rms);
+        assert_true(worst[kind].rms < bounds[kind]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(entry_points_of_es3_are_refused),
         cmocka_unit_test(the_language_of_es3_is_refused),
         cmocka_unit_test(every_variant_draws_the_block),
+        cmocka_unit_test(stacks_are_lit),
     };
     return cmocka_run_group_tests_name("es2", tests, setup, fixture_teardown);
 }

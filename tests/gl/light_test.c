@@ -9,67 +9,7 @@
 
 #include <cmocka.h>
 
-#include "gl_fixture.h"
-#include "vitrine/reference.h"
-
-static struct vit_transfer_point tissue[] = {
-    {-1000, {0, 0, 0}, 0},       {-300, {0.6, 0.3, 0.2}, 0},   {0, {0.9, 0.6, 0.4}, 0.02},
-    {200, {0.9, 0.8, 0.6}, 0.1}, {700, {1.0, 0.95, 0.9}, 0.5},
-};
-static struct vit_boundary boundaries[] = {{-200, 0.7, 2}, {300, 1.5, 1.5}};
-static struct vit_gradient_point factors[] = {{0, 0.3}, {100, 0.5}, {400, 1}};
-
-enum { GREY = 0, BOUNDED = 1, COLORED = 2, DULL = 4, GRADED = 8 };
-
-static void light_scene(struct fixture *f, int what)
-{
-    f->preset.transfer.points = tissue;
-    f->preset.transfer.count = VIT_ARRAY_LENGTH(tissue);
-    f->preset.technique = VIT_TECHNIQUE_COMPOSITE;
-    f->preset.shading.model = VIT_SHADING_LUT;
-    f->preset.shading.sphere = VIT_SPHERE_PENTAKIS;
-    f->preset.shading.subdivision = 4;
-    f->preset.shading.kernel = VIT_KERNEL_CENTRAL;
-    f->preset.shading.lights[0] = (struct vit_light){{0.3, 0.4, 1}, {1, 1, 1}};
-    f->preset.shading.lights[1] = (struct vit_light){{-1, 0, 0.2}, {0.1, 0.2, 0.9}};
-    f->preset.shading.light_count = what & COLORED ? 2 : 1;
-    f->preset.shading.ambient = 0.2;
-    f->preset.shading.diffuse = 0.8;
-    f->preset.shading.specular = what & DULL ? 0 : 0.5;
-    f->preset.shading.power = 20;
-    f->preset.shading.two_sided = true;
-    f->preset.boundaries = what & BOUNDED ? boundaries : NULL;
-    f->preset.boundary_count = what & BOUNDED ? VIT_ARRAY_LENGTH(boundaries) : 0;
-    f->preset.gradient_opacity = what & GRADED ? factors : NULL;
-    f->preset.gradient_opacity_count = what & GRADED ? VIT_ARRAY_LENGTH(factors) : 0;
-}
-
-struct outcome {
-    double max, rms;
-};
-
-static struct outcome difference(const struct vit_frame *a, const struct vit_frame *b)
-{
-    size_t count = (size_t)a->width_px * (size_t)a->height_px * 4;
-    struct outcome out = {0, 0};
-    for (size_t i = 0; i < count; i++) {
-        double error = (double)a->rgba[i] - (double)b->rgba[i];
-        out.max = fmax(out.max, fabs(error));
-        out.rms += error * error;
-    }
-    out.rms = sqrt(out.rms / (double)count);
-    return out;
-}
-
-static struct vit_frame ideal(struct fixture *f, const struct vit_plan *plan, bool quantised)
-{
-    struct vit_reference_params params = vit_reference_params_default();
-    struct vit_frame frame;
-    params.mode = VIT_REFERENCE_SLABS;
-    params.quantised = quantised;
-    assert_true(vit_reference_draw(f->volume, plan, &params, &frame, &f->log, NULL));
-    return frame;
-}
+#include "light_fixture.h"
 
 static struct outcome worse(struct outcome a, struct outcome b)
 {
@@ -107,14 +47,14 @@ static void pictures_are_lit_as_the_model_says(void **state)
     for (size_t p = 0; p < VIT_ARRAY_LENGTH(phantoms); p++) {
         assert_true(fixture_load(f, phantoms[p]));
         for (int classify = VIT_CLASSIFY_PRE; classify < VIT_CLASSIFY_COUNT; classify++) {
-            static const int scenes[] = {GREY, BOUNDED, COLORED | BOUNDED | GRADED, DULL, GRADED};
-            for (size_t s = 0; s < VIT_ARRAY_LENGTH(scenes); s++) {
+            for (size_t s = 0; s < VIT_ARRAY_LENGTH(light_scenes); s++) {
                 if (p > 0 && (classify != VIT_CLASSIFY_SLAB || s % 2 > 0))
                     continue; /* seconds */
                 enum vit_projection projection = s % 2 ? VIT_PROJECTION_PERSPECTIVE : VIT_PROJECTION_ORTHO;
-                one_way(f, scenes[s], (enum vit_classify)classify, VIT_LIGHT_RESHADE, projection, &quantised, &exact);
+                one_way(f, light_scenes[s], (enum vit_classify)classify, VIT_LIGHT_RESHADE, projection, &quantised,
+                        &exact);
                 if (p == 0)
-                    one_way(f, scenes[s], (enum vit_classify)classify, VIT_LIGHT_SMOOTH, projection, &quantised,
+                    one_way(f, light_scenes[s], (enum vit_classify)classify, VIT_LIGHT_SMOOTH, projection, &quantised,
                             &exact);
             }
         }
@@ -123,6 +63,24 @@ static void pictures_are_lit_as_the_model_says(void **state)
                   exact.max, exact.rms);
     assert_true(quantised.rms < 1.3e-3 && quantised.max < 5e-2);
     assert_true(exact.rms < 1.0 / 255);
+}
+
+/* Slabs of stacks are those of the reference where the view runs along an axis and faces lie on slices anyway. */
+static void stacks_are_lit_as_the_model_says(void **state)
+{
+    static const char *const views[] = {"anterior", "left", "inferior"};
+    struct fixture *f = *state;
+    struct vit_caps caps = *vit_gl_caps(f->gl);
+    struct outcome worst = {0, 0};
+    caps.max_3d_texture_size = 0;
+    assert_true(fixture_load(f, "sphere"));
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(light_scenes); i++)
+        for (int classify = VIT_CLASSIFY_PRE; classify < VIT_CLASSIFY_COUNT; classify += 1 + (int)(i % 2))
+            worst = worse(worst, light_on_stacks(f, light_scenes[i], (enum vit_classify)classify,
+                                                 views[(i + (size_t)classify) % 3], &caps));
+    f->preset.sampling.line = VIT_LINE_FITTED;
+    print_message("# stacks: worst max %.2e rms %.2e\n", worst.max, worst.rms);
+    assert_true(worst.rms < 1.3e-3 && worst.max < 5e-2);
 }
 
 /* ---- properties ------------------------------------------------------------------------------------------------- */
@@ -246,6 +204,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_lit_as_the_model_says),
+        cmocka_unit_test(stacks_are_lit_as_the_model_says),
         cmocka_unit_test(a_light_that_turns_with_the_volume_does_not_show),
         cmocka_unit_test(a_mirrored_volume_gives_the_mirrored_picture),
         cmocka_unit_test(a_spheres_highlight_is_where_the_formula_says),

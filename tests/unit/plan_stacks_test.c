@@ -177,12 +177,13 @@ static void faces_lie_on_slices(void **state)
 static void check_layout(const struct vit_plan *plan, const struct vit_stack_layout *layout, int largest, bool npot)
 {
     const size_t limit = (size_t)largest;
-    assert_true(layout->width <= limit && layout->height <= limit);
-    assert_true(layout->columns * layout->tile_width <= layout->width);
-    assert_true(layout->rows * layout->tile_height <= layout->height);
-    assert_true(layout->columns * layout->rows >= layout->tiles_per_texture);
+    assert_true(layout->texels.width <= limit && layout->texels.height <= limit);
+    assert_true(layout->texels.columns * layout->tile_width <= layout->texels.width);
+    assert_true(layout->texels.rows * layout->tile_height <= layout->texels.height);
+    assert_true(layout->texels.columns * layout->texels.rows >= layout->tiles_per_texture);
     if (!npot)
-        assert_true((layout->width & (layout->width - 1)) == 0 && (layout->height & (layout->height - 1)) == 0);
+        assert_true((layout->texels.width & (layout->texels.width - 1)) == 0 &&
+                    (layout->texels.height & (layout->texels.height - 1)) == 0);
     for (int axis = 0; axis < 3; axis++) {
         size_t at[3] = {0, 0, 0}, end = 0;
         for (; at[axis] < layout->bricks[axis]; at[axis]++) {
