@@ -155,8 +155,11 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
     if (plan->path == VIT_PATH_STACKS) {
         vit_texture3d_clear(&renderer->texture3d);
         vit_light3d_clear(&renderer->light3d);
-        return vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
-               vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, progress);
+        bool made = vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
+                    vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, progress);
+        if (plan->light.forgets)
+            vit_shade_clear(&renderer->shade);
+        return made;
     }
     vit_stacks_clear(&renderer->stacks);
     if (!vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) ||
