@@ -224,6 +224,8 @@ static double curve_at(const struct vit_curve *curve, int c, double x, bool righ
         return a[1 + c];
     const double *b = curve->points[low];
     double t = (x - a[0]) / (b[0] - a[0]);
+    if (t >= 1)
+        return b[1 + c]; /* and not rounded: that would be a step */
     return fmin(1, fmax(0, a[1 + c] + t * (b[1 + c] - a[1 + c])));
 }
 

@@ -11,11 +11,15 @@ Needs Debian's python3-vtk9 python3-numpy python3-yaml xvfb dcm2niix:
   dcm2niix -z n -f volume -o /tmp/x FOLDER
   xvfb-run -a tests/tools/vtk_picture.py /tmp/x/volume.nii configs/presets/bone-classic.yaml --view 30,20 -o vtk.png
 
+PRESET may also be 3D Slicer's: FILE.xml:NAME is read here, without Vitrine's importer, so that an imported preset can be
+held to it (tests/tools/vtk_presets.sh does).
+
 Note that VTK's box ends at the outer sample centres, half a voxel inside Vitrine's: `clip_mm` of half a spacing on every
 side makes the boxes equal.
 """
 import argparse
 import os
+import xml.etree.ElementTree
 import numpy as np
 import vtk
 import yaml
@@ -66,22 +70,45 @@ def read_nrrd(path):
 
 image, lps_from_image = (read_nifti if a.input.endswith((".nii", ".nii.gz")) else read_nrrd)(a.input)
 
-whole = yaml.safe_load(open(a.preset)); preset = whole["transfer"]
-assert preset["quantity"] == "opacity" and preset.get("emission", "luminance") == "luminance"
+def ours(path):
+    """Points of colour and of opacity, unit distance, light (None: no shading), MIP or not."""
+    whole = yaml.safe_load(open(path)); preset = whole["transfer"]
+    assert preset["quantity"] == "opacity" and preset.get("emission", "luminance") == "luminance"
+    light = whole.get("shading", {})
+    return ([(p["hu"], *p["color"]) for p in preset["points"]], [(p["hu"], p["opacity"]) for p in preset["points"]],
+            preset.get("unit_mm", 1.0), [light.get(k, 0) for k in ("ambient", "diffuse", "specular", "power")], False)
+
+def slicers(path, name):
+    """The same of a VolumeProperty element: every list is a count and that many numbers."""
+    element = next(e for e in xml.etree.ElementTree.parse(path).iter("VolumeProperty") if e.get("name") == name)
+    def rows(key, width):
+        v = [float(t) for t in element.get(key).split()]
+        assert v[0] == len(v) - 1 and v[0] % width == 0
+        return [v[i:i + width] for i in range(1, len(v), width)]
+    assert all(factor == 1 for _, factor in rows("gradientOpacity", 2)), "its unit is not ours: the mean spacing"
+    return (rows("colorTransfer", 4), rows("scalarOpacity", 2), 1.0,
+            [float(element.get(k)) for k in ("ambient", "diffuse", "specular", "specularPower")], name.endswith("-MIP"))
+
+foreign = a.preset.rpartition(".xml:")
+colours, opacities, unit_mm, light, mip = slicers(foreign[0] + ".xml", foreign[2]) if foreign[1] else ours(a.preset)
 colour, opacity = vtk.vtkColorTransferFunction(), vtk.vtkPiecewiseFunction()
-for p in preset["points"]:
-    colour.AddRGBPoint(p["hu"], *p["color"]); opacity.AddPoint(p["hu"], p["opacity"])
+colour.AllowDuplicateScalarsOn(); opacity.AllowDuplicateScalarsOn()
+for p in colours:
+    colour.AddRGBPoint(*p)
+for p in opacities:
+    opacity.AddPoint(*p)
 prop = vtk.vtkVolumeProperty(); prop.SetColor(colour); prop.SetScalarOpacity(opacity)
-prop.SetInterpolationTypeToLinear(); prop.SetScalarOpacityUnitDistance(preset.get("unit_mm", 1.0)); prop.ShadeOff()
+prop.SetInterpolationTypeToLinear(); prop.SetScalarOpacityUnitDistance(unit_mm); prop.ShadeOff()
 if a.shade:
-    light = whole["shading"]
-    prop.ShadeOn(); prop.SetAmbient(light["ambient"]); prop.SetDiffuse(light["diffuse"])
-    prop.SetSpecular(light["specular"]); prop.SetSpecularPower(light["power"])
+    prop.ShadeOn(); prop.SetAmbient(light[0]); prop.SetDiffuse(light[1]); prop.SetSpecular(light[2])
+    prop.SetSpecularPower(light[3])
 
 step = a.step * min(image.GetSpacing())
 mapper = vtk.vtkOpenGLGPUVolumeRayCastMapper() if a.gpu else vtk.vtkFixedPointVolumeRayCastMapper()
 mapper.SetInputData(image); mapper.SetAutoAdjustSampleDistances(0); mapper.SetSampleDistance(step)
 mapper.SetImageSampleDistance(1.0)
+if mip:
+    mapper.SetBlendModeToMaximumIntensity()
 if not a.gpu:
     mapper.SetInteractiveSampleDistance(step)
 volume = vtk.vtkVolume(); volume.SetMapper(mapper); volume.SetProperty(prop); volume.SetUserMatrix(lps_from_image)
