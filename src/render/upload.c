@@ -50,9 +50,8 @@ static void make_row(const struct vit_upload *upload, const struct batch *batch,
     while (row >= batch->row[b + 1])
         b++;
     const struct box *box = &batch->box[b];
-    size_t width = box->high[0] - box->low[0], height = box->high[1] - box->low[1], at = row - batch->row[b];
-    if (height == 0)
-        return; /* no box of a batch is empty */
+    size_t width = box->high[0] - box->low[0], at = row - batch->row[b];
+    size_t height = box->high[1] > box->low[1] ? box->high[1] - box->low[1] : 1; /* it is; clang-tidy asks */
     size_t j = box->low[1] + at % height, k = box->low[2] + at / height;
     upload->row(upload->user, (k * upload->n[1] + j) * upload->n[0] + box->low[0], width,
                 staging + batch->place[b] + at * width * upload->texel_bytes);
