@@ -123,7 +123,9 @@ struct vit_boundary {
 };
 /* How much of the reflecting surface at `boundary` a voxel of value `hu` has (VGK96, OPTICS.md §5):
  * scale·max(0, 1 − |hu − boundary|/(|g|·reach_vox)), [0, scale]; 0 without a gradient. gradient: |g| in HU per smallest
- * spacing, [0, inf]: |hu − boundary|/|g| estimates the distance in voxels. */
+ * spacing, [0, inf]: |hu − boundary|/|g| estimates the distance in voxels. Interpolated between voxels, the weight at a
+ * flat surface goes from 1 down to 1 − 1/(2·reach_vox) and back as it crosses from voxel to voxel
+ * (tests/unit/material_boundary_test.c): below a reach of 3 or so that shows as contour lines. */
 double vit_boundary_weight(const struct vit_boundary *boundary, double hu, double gradient_hu_per_vox);
 /* Of several: the greatest, since a voxel lies on one surface. count 0: 1, the whole volume reflects. */
 double vit_boundaries_weight(const struct vit_boundary *boundaries, size_t count, double hu,

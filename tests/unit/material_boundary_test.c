@@ -64,6 +64,27 @@ static void opacity_follows_the_gradient(void **state)
     assert_true(vit_gradient_opacity(p, 1, 3) == 0.2);
 }
 
+/* A flat surface between voxels, whose weights are interpolated: they dip by 1/(2 reach) where it is halfway, which
+ * shows as contour lines on surfaces that run at an angle through the grid. */
+static void interpolated_weights_dip_between_voxels(void **state)
+{
+    static const double reaches[] = {1, 2, 4, 8};
+    (void)state;
+    for (size_t r = 0; r < VIT_ARRAY_LENGTH(reaches); r++) {
+        const struct vit_boundary b = {100, 1, reaches[r]};
+        double least = 1, most = 0;
+        for (int i = 0; i <= 1000; i++) {
+            double d = i / 1000.0, before = vit_boundary_weight(&b, 100 - 50 * d, 50),
+                   after = vit_boundary_weight(&b, 100 + 50 * (1 - d), 50), here = (1 - d) * before + d * after;
+            least = fmin(least, here);
+            most = fmax(most, here);
+        }
+        print_message("# reach %g voxels: interpolated weight at the surface from %.4f to %.4f\n", reaches[r], least,
+                      most);
+        assert_true(fabs(least - (1 - 1 / (2 * reaches[r]))) < 1e-12 && most == 1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -71,6 +92,7 @@ int main(void)
         cmocka_unit_test(extremes_stay_in_range),
         cmocka_unit_test(the_greatest_of_several),
         cmocka_unit_test(opacity_follows_the_gradient),
+        cmocka_unit_test(interpolated_weights_dip_between_voxels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
