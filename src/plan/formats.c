@@ -8,7 +8,8 @@
 static bool wants_wide_texels(const struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_caps *caps = &request->caps;
-    uint64_t bytes = (uint64_t)plan->n[0] * plan->n[1] * plan->n[2] * vit_texel_bytes(VIT_TEXEL_R32F);
+    uint64_t bytes =
+        (uint64_t)plan->n[0] * plan->n[1] * plan->n[2] * vit_texel_bytes(VIT_TEXEL_R32F) + plan->light.bytes;
     bool fits = caps->max_texture_mib <= 0 || bytes <= (uint64_t)caps->max_texture_mib << 20;
     return caps->software && caps->texture_float_linear && fits && !vit_plan_keeps(request, VIT_RULE_WIDE_TEXELS);
 }

@@ -131,7 +131,9 @@ static void leave_parts_out(struct vit_plan *plan)
 
 void vit_plan_drop_light(struct vit_plan *plan, uint64_t bytes, const char *why)
 {
-    unsigned all = VIT_FEATURE(LIGHT) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) | VIT_FEATURE(LIGHT_FACTOR);
+    unsigned all = VIT_FEATURE(LIGHT) | VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_SMOOTH) |
+                   VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) | VIT_FEATURE(LIGHT_WEIGHT) |
+                   VIT_FEATURE(LIGHT_FACTOR);
     plan->light = (struct vit_plan_light){.on = false};
     plan->features &= ~all;
     vit_plan_leave_out(plan, bytes, "light", "%s: drawn unlit", why);

@@ -80,6 +80,19 @@ bool vit_plan_fits_memory(const struct vit_plan *plan, const struct vit_caps *ca
     return false;
 }
 
+/* Light that does not fit beside the volume is left out; a volume that does not fit alone fails later. */
+static void drop_light_beyond(struct vit_plan *plan, const struct vit_caps *caps)
+{
+    const uint64_t limit = (uint64_t)(caps->max_texture_mib > 0 ? caps->max_texture_mib : 0) << 20;
+    const uint64_t volume = (uint64_t)plan->n[0] * plan->n[1] * plan->n[2] * vit_texel_bytes(plan->texel);
+    char why[96];
+    if (limit == 0 || plan->light.bytes == 0 || volume > limit || volume + plan->light.bytes <= limit)
+        return;
+    snprintf(why, sizeof why, "its texture does not fit into %d MiB beside the volume (max_texture_mib)",
+             caps->max_texture_mib);
+    vit_plan_drop_light(plan, plan->light.bytes, why);
+}
+
 /* Everything that follows from the path. */
 static bool take_path(struct vit_plan *plan, const struct vit_plan_request *request, enum vit_path path,
                       const struct vit_log *log)
@@ -90,8 +103,10 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
         return false;
     plan->path = path;
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
-    vit_plan_choose_texel(plan, request, stacks);
     vit_plan_choose_light(plan, request);
+    vit_plan_choose_texel(plan, request, stacks);
+    if (!stacks)
+        drop_light_beyond(plan, caps);
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
     if (!stacks) /* whose faces lie on slices */

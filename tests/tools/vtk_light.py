@@ -19,7 +19,7 @@ import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-ap.add_argument("--vitrine", default="build/release/vitrine"); ap.add_argument("--cranium", required=True)
+ap.add_argument("--vitrine", default="build/release/vitrine"); ap.add_argument("--cranium")
 ap.add_argument("--chest"); ap.add_argument("--size", type=int, default=400); ap.add_argument("-o", "--out", required=True)
 ap.add_argument("--fine", type=float, default=0.125, help="VTK's truth: sample distance over the smallest spacing")
 a = ap.parse_args()
@@ -78,7 +78,7 @@ def scene_numbers(scene):
 
 
 preset = lambda name: os.path.join(HERE, "../../configs/presets", name + ".yaml")
-scenes = [dict(name=f"cranium-{p}", input=a.cranium, preset=preset(p), view="30,12", zoom="1.6") for p in ("bone", "skin")]
+scenes = [dict(name=f"cranium-{p}", input=a.cranium, preset=preset(p), view="30,12", zoom="1.6") for p in ("bone", "skin") if a.cranium]
 if a.chest:
     run(a.vitrine, "convert", a.chest, "-q", "-o", path("chest.nhdr"))
     scenes += [dict(name=f"chest-{p}", input=path("chest.nhdr"), preset=preset(p), view="20,30", zoom="1.6") for p in ("bone", "soft-tissue")]

@@ -547,6 +547,31 @@ static void one_view_forgets_directions(void **state)
     assert_false(make(scene, &request).light.forgets); /* unlit: nothing to forget */
 }
 
+/* 0.23 MiB of HU and 0.47 of light, 0.94 of coloured light: wide texels give way first, then light. */
+static void light_counts_as_texture_memory(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    use_light(scene);
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    request.path = VIT_PATH_3D;
+    request.caps.software = 1;
+    request.caps.texture_float_linear = 1;
+    request.caps.max_texture_mib = 1;
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.light.on && plan.texel == VIT_TEXEL_R32F);
+    scene->preset.shading.lights[0].color[1] = 0.5;
+    plan = make(scene, &request);
+    assert_false(plan.light.on || plan.features & (VIT_FEATURE(LIGHT) | VIT_FEATURE(LIGHT_COLOR)));
+    assert_true(leaves_out(&plan, "light"));
+    request.caps.max_texture_mib = 2;
+    plan = make(scene, &request);
+    assert_true(plan.light.on && !leaves_out(&plan, "light"));
+    assert_true(plan.texture_bytes + plan.light.bytes <= 2 << 20);
+    scene->preset = before;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -568,6 +593,7 @@ int main(void)
         cmocka_unit_test(light_is_what_the_preset_asks_for),
         cmocka_unit_test(light_may_wait_for_rest),
         cmocka_unit_test(one_view_forgets_directions),
+        cmocka_unit_test(light_counts_as_texture_memory),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
 }
