@@ -42,24 +42,17 @@ bool stored_value(const Fields &fields, const DcmTagKey &key, const PixelFormat 
     DcmElement *element = fields.find(key);
     if (!element)
         return false;
+    Uint16 *words = nullptr;
+    Uint8 *bytes = nullptr;
+    double number;
     Uint16 bits;
-    Sint16 value;
-    Uint32 wide;
-    Sint32 wide_signed;
-    Uint16 *array = nullptr;
-    OFString text;
-    if (element->getUint16(bits).good())
-        ;
-    else if (element->getSint16(value).good())
-        bits = Uint16(value);
-    else if (element->getUint32(wide).good())
-        bits = Uint16(wide);
-    else if (element->getSint32(wide_signed).good())
-        bits = Uint16(wide_signed);
-    else if (element->getUint16Array(array).good() && array && element->getLength() >= 2)
-        bits = array[0];
-    else if (element->getOFString(text, 0).good() && !text.empty())
-        bits = Uint16(strtol(text.c_str(), nullptr, 10));
+    const bool is_bytes = element->ident() == EVR_OB || element->ident() == EVR_UN;
+    if (is_bytes && element->getUint8Array(bytes).good() && bytes && element->getLength() >= 2)
+        bits = Uint16(bytes[0] | bytes[1] << 8);
+    else if (element->ident() == EVR_OW && element->getUint16Array(words).good() && words && element->getLength() >= 2)
+        bits = words[0];
+    else if (!is_bytes && fields.numbers(key, &number, 1) && number >= -32768 && number <= 65535)
+        bits = Uint16(int32_t(number));
     else
         return false;
     out = pixel.is_signed ? int32_t(int16_t(bits)) : int32_t(bits);
@@ -153,6 +146,10 @@ void read_values(const Fields &fields, Slice &slice)
     slice.intercept = has_intercept ? intercept : 0;
     if (slice.slope == 0)
         slice.refused = "RescaleSlope (0028,1053) is 0";
+    for (const DcmTagKey &key : {DCM_RescaleSlope, DCM_RescaleIntercept})
+        if (fields.is_damaged(key))
+            slice.refused = format("%s (%04X,%04X) is no number", DcmTag(key).getTagName(), unsigned(key.getGroup()),
+                                   unsigned(key.getElement()));
     std::string type = fields.text(DCM_RescaleType);
     bool hu_type = type.empty() || type == "HU" || type == "HU_MOD";
     bool ct_class = slice.sop_class == UID_CTImageStorage || slice.sop_class == UID_EnhancedCTImageStorage ||
@@ -189,47 +186,61 @@ std::string Fields::text(const DcmTagKey &key) const
 
 int Fields::integer(const DcmTagKey &key, int absent) const
 {
-    DcmElement *element = find(key);
-    Sint32 value;
-    Uint32 other;
-    Uint16 word;
-    if (!element)
-        return absent;
-    if (element->getSint32(value).good())
-        return int(value);
-    if (element->getUint16(word).good())
-        return int(word);
-    return element->getUint32(other).good() && other <= INT32_MAX ? int(other) : absent;
+    double value;
+    return numbers(key, &value, 1) && value == std::floor(value) ? int(value) : absent;
 }
 
 bool Fields::word(const DcmTagKey &key, unsigned &out) const
 {
-    DcmElement *element = find(key);
-    Uint16 value;
-    if (!element || element->getUint16(value).bad())
+    double value;
+    if (!numbers(key, &value, 1) || value != std::floor(value) || value < 0 || value > 65535)
         return false;
-    out = value;
+    out = unsigned(value);
     return true;
 }
 
+namespace {
+
+/* One value of a text, all of it: "7,5" is no number, and must not be read as 7. */
+bool whole_number(const std::string &text, double &out)
+{
+    char *end = nullptr;
+    out = strtod(text.c_str(), &end);
+    return end != text.c_str() &&
+           text.find_first_not_of(std::string(" \0", 2), size_t(end - text.c_str())) == text.npos;
+}
+
+} // namespace
+
+/* Whatever the VR, as files have wrong ones: binary floats as they are, all else by its text. */
 bool Fields::numbers(const DcmTagKey &key, double *out, unsigned count) const
 {
     DcmElement *element = find(key);
     if (!element)
         return false;
-    for (unsigned i = 0; i < count; i++) {
-        Float64 value;
-        Float32 single;
-        if (element->getFloat64(value, i).bad()) {
-            if (element->getFloat32(single, i).bad())
-                return false;
-            value = double(single);
-        }
-        if (!std::isfinite(value) || std::fabs(value) > 1e9)
+    const bool is_double = element->ident() == EVR_FD || element->ident() == EVR_OD;
+    const bool is_float = element->ident() == EVR_FL || element->ident() == EVR_OF;
+    const std::string all = is_double || is_float ? "" : text(key);
+    for (size_t i = 0, at = 0; i < count; i++) {
+        Float32 single = 0;
+        const size_t end = std::min(all.find('\\', at), all.size());
+        bool good = is_double  ? element->getFloat64(out[i], (unsigned long)i).good()
+                    : is_float ? element->getFloat32(single, (unsigned long)i).good()
+                               : at < all.size() && whole_number(all.substr(at, end - at), out[i]);
+        if (is_float)
+            out[i] = double(single);
+        if (!good || !std::isfinite(out[i]) || std::fabs(out[i]) > INT32_MAX)
             return false;
-        out[i] = value;
+        at = end + 1;
     }
     return true;
+}
+
+bool Fields::is_damaged(const DcmTagKey &key) const
+{
+    DcmElement *element = find(key);
+    double value;
+    return element && (element->getVM() > 1 || !numbers(key, &value, 1)) && !text(key).empty();
 }
 
 double Fields::length(const DcmTagKey &key) const
@@ -269,6 +280,10 @@ bool fields_format(const Fields &fields, Slice &slice, std::string &reject)
     fields.word(DCM_BitsStored, pixel.stored);
     pixel.high_bit = pixel.stored - 1;
     fields.word(DCM_HighBit, pixel.high_bit);
+    for (const DcmTagKey &key : {DCM_BitsStored, DCM_HighBit, DCM_PixelRepresentation, DCM_SamplesPerPixel})
+        if (fields.is_damaged(key))
+            slice.refused = format("%s (%04X,%04X) is no number", DcmTag(key).getTagName(), unsigned(key.getGroup()),
+                                   unsigned(key.getElement()));
     if (!has_bits || (pixel.allocated != 8 && pixel.allocated != 16 && pixel.allocated != 32))
         slice.refused = format("BitsAllocated (0028,0100) is %u; 8, 16 and 32 are supported", pixel.allocated);
     else if (pixel.stored == 0 || pixel.stored > pixel.allocated)

@@ -22,6 +22,8 @@ class Fields {
     bool word(const DcmTagKey &key, unsigned &out) const;
     /* All of `count` finite numbers, or none. */
     bool numbers(const DcmTagKey &key, double *out, unsigned count) const;
+    /* There is a value, but not one number. */
+    bool is_damaged(const DcmTagKey &key) const;
     double length(const DcmTagKey &key) const;
     bool has_items(const DcmTagKey &key) const;
 };

@@ -143,7 +143,7 @@ void check_native(Header &header, const PixelElement &found, const DcmXfer &xfer
                    "need only %llu",
                    unsigned(found.element), (unsigned long long)have, (unsigned long long)need);
     slice.pixel_offset = header.pixels_at;
-    slice.big_endian = xfer.isBigEndian();
+    slice.big_endian = xfer.getPixelDataByteOrder() == EBO_BigEndian;
     slice.pixel_is_words = strcmp(found.vr, "OB") != 0 && strcmp(found.vr, "UN") != 0;
     if (slice.refused.empty() && slice.format.allocated == 8 && slice.big_endian && slice.pixel_is_words &&
         (slice.rows * slice.columns) % 2 != 0)
@@ -227,10 +227,17 @@ bool check_pixels(Header &header, const DcmXfer &xfer, const std::string &syntax
             slice.transfer_syntax = unknown.name;
             slice.refused = format("TransferSyntaxUID (0002,0010) is %s: not supported", unknown.name);
         }
+    if (!syntax.empty() && slice.refused.empty() && DcmXfer(syntax.c_str()).getXfer() == EXS_Unknown)
+        slice.refused = format("TransferSyntaxUID (0002,0010) is %.64s: not known", syntax.c_str());
     if (!slice.refused.empty())
         return true;
     slice.coding = coding_of(xfer);
     slice.xfer = int(xfer.getXfer());
+    if (found.element == 0x0010 && slice.coding != Coding::jpeg2000 &&
+        !data.tagExistsWithValue(DCM_PixelRepresentation)) {
+        slice.refused = "PixelRepresentation (0028,0103) is missing: signed or unsigned?";
+        return true;
+    }
     if (slice.coding == Coding::native)
         check_native(header, found, xfer);
     else

@@ -43,6 +43,16 @@ void swap_bytes(void *cells, size_t count, size_t cell_bytes)
         std::reverse(at, at + cell_bytes);
 }
 
+/* Bits outside the stored ones taken away, sign extended; narrower cells: values.cc. */
+void mask_bits(const PixelFormat &format, uint32_t *cells, size_t count)
+{
+    const unsigned right = format.high_bit + 1 - format.stored, fill = 32 - format.stored;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t up = cells[i] >> right << fill;
+        cells[i] = format.is_signed ? uint32_t(int32_t(up) >> fill) : up >> fill;
+    }
+}
+
 /* The stored cells of a native frame, in the host's order. */
 bool read_cells(const Slice &slice, int fd, void *out, std::string &why)
 {
@@ -59,6 +69,8 @@ bool read_cells(const Slice &slice, int fd, void *out, std::string &why)
             std::swap(at[i], at[i + 1]);
     } else if (cell_bytes > 1 && slice.big_endian != host_is_big_endian())
         swap_bytes(out, count, cell_bytes);
+    if (slice.format.allocated == 32 && !slice.format.is_real && slice.format.stored < 32)
+        mask_bits(slice.format, static_cast<uint32_t *>(out), count);
     return true;
 }
 

@@ -9,11 +9,14 @@ import sys
 from io import BytesIO
 
 import numpy as np
+from pydicom.dataelem import DataElement
+from pydicom.datadict import tag_for_keyword
 from pydicom.dataset import Dataset, FileMetaDataset
 from pydicom.encaps import encapsulate
 from pydicom.filebase import DicomFileLike
 from pydicom.filewriter import write_dataset, write_file_meta_info
 from pydicom.sequence import Sequence
+from pydicom.tag import Tag
 from pydicom.uid import ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian, JPEG2000Lossless
 
 ROWS, COLUMNS = 6, 10
@@ -156,6 +159,46 @@ def mixed_up(folder, name, claim, implicit, little, meta=True):
         out.write((bytes(128) + b"DICM" + head.getvalue() if meta else b"") + body.getvalue())
 
 
+def with_vr(name, vr, value, **attributes):
+    """One attribute in a VR that is not its own."""
+    data = single()
+    for key, what in attributes.items():
+        setattr(data, key, what)
+    tag = Tag(tag_for_keyword(name))
+    if tag in data:
+        del data[tag]
+    data[tag] = DataElement(tag, vr, value)
+    return data
+
+
+def patched(folder, name, old, new):
+    path = os.path.join(folder, name)
+    text = open(path, "rb").read()
+    assert text.count(old) == 1
+    open(path, "wb").write(text.replace(old, new))
+
+
+def odd_files(folder):
+    """What other software writes: wrong VRs, decimal commas, private transfer syntaxes, 12 bits in 32."""
+    save(with_vr("RescaleSlope", "LO", "2"), folder, "odd_slope_text")
+    save(with_vr("PixelRepresentation", "UL", 1), folder, "odd_sign_long")
+    save(with_vr("Rows", "SS", ROWS), folder, "odd_rows_signed")
+    save(with_vr("PixelPaddingValue", "OB", b"\xec\xff"), folder, "odd_padding_bytes")
+    save(with_vr("RescaleSlope", "DS", "7.25"), folder, "odd_comma")
+    patched(folder, "odd_comma", b"7.25", b"7,25")
+    save(single(), folder, "odd_syntax")
+    patched(folder, "odd_syntax", b"1.2.840.10008.1.2.1\0", b"1.2.840.99999.9.9.9\0")
+    data = single()
+    data.BitsAllocated, data.BitsStored, data.HighBit = 32, 12, 11
+    data.PixelData = (cells(0).astype("<i4") & 0xfff | 0x5000).tobytes()
+    save(data, folder, "odd_bits")
+    data = single()
+    data.PixelData, data.is_implicit_VR = cells(0).astype(">i2").tobytes(), True
+    data.file_meta.TransferSyntaxUID = ImplicitVRLittleEndian
+    save(data, folder, "odd_ge_private")
+    patched(folder, "odd_ge_private", b"1.2.840.10008.1.2\0", b"1.2.840.113619.5.2")
+
+
 def main(folder):
     os.makedirs(folder, exist_ok=True)
     streams = [codestream(f, folder) for f in range(4)]
@@ -177,6 +220,7 @@ def main(folder):
     save(gated(), folder, "frames_gated")
     save(looked_up(), folder, "table")
     save(looked_up(True), folder, "table_inverted")
+    odd_files(folder)
     mixed_up(folder, "says_implicit_is_explicit", ImplicitVRLittleEndian, False, True)
     mixed_up(folder, "says_explicit_is_implicit", ExplicitVRLittleEndian, True, True)
     mixed_up(folder, "says_big_is_little", ExplicitVRBigEndian, False, True)

@@ -176,6 +176,44 @@ static void values_by_table(void **state)
     }
 }
 
+/* Wrong VRs, a private syntax that DCMTK knows, bits above BitsStored in 32: read as meant. */
+static void odd_files(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"odd_slope_text", "odd_sign_long",  "odd_rows_signed",
+                                        "odd_bits",       "odd_ge_private", "odd_padding_bytes"};
+    for (size_t n = 0; n < VIT_ARRAY_LENGTH(names); n++) {
+        struct vit_dicom_scan *scan = open_seed(names[n], 1);
+        bool padded = strstr(names[n], "padding") != NULL; /* cell 0, by a value written as bytes */
+        double worst = error_of(scan, 0, 0, 1, padded ? 0 : -1);
+        print_message("# %s: largest error %g HU\n", names[n], worst);
+        assert_true(worst == 0);
+        int16_t *samples = test_read(scan, 0, NULL);
+        const struct vit_volume_info *info = &vit_dicom_scan_stack(scan, 0)->info;
+        if (padded)
+            assert_true(info->slope * samples[0] + info->intercept == -1024);
+        vit_free(samples);
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
+/* What cannot be read as meant is named, not guessed. */
+static void odd_files_refused(void **state)
+{
+    (void)state;
+    static const char *const refused[][2] = {{"odd_comma", "RescaleSlope (0028,1053) is no number"},
+                                             {"odd_syntax", "1.2.840.99999.9.9.9: not known"}};
+    for (size_t n = 0; n < VIT_ARRAY_LENGTH(refused); n++) {
+        char path[128];
+        snprintf(path, sizeof path, SEEDS "%s", refused[n][0]);
+        struct vit_dicom_scan *scan = test_scan(path, NULL);
+        assert_non_null(scan);
+        print_message("# %s\n", vit_dicom_scan_stack(scan, 0)->refused);
+        assert_non_null(strstr(vit_dicom_scan_stack(scan, 0)->refused, refused[n][1]));
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
 /* Steps are even over the range of the pixels; what is no number is air. */
 static void floating_point(void **state)
 {
@@ -243,11 +281,12 @@ static void damaged_seeds(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(jpeg_2000),        cmocka_unit_test(mixed_up_encodings),
-        cmocka_unit_test(multi_frame),      cmocka_unit_test(frames_without_groups),
-        cmocka_unit_test(nuclear_medicine), cmocka_unit_test(frames_that_are_no_slices),
-        cmocka_unit_test(values_by_table),  cmocka_unit_test(phases_of_one_file),
-        cmocka_unit_test(floating_point),   cmocka_unit_test(damaged_seeds),
+        cmocka_unit_test(jpeg_2000),         cmocka_unit_test(mixed_up_encodings),
+        cmocka_unit_test(multi_frame),       cmocka_unit_test(frames_without_groups),
+        cmocka_unit_test(nuclear_medicine),  cmocka_unit_test(frames_that_are_no_slices),
+        cmocka_unit_test(values_by_table),   cmocka_unit_test(odd_files),
+        cmocka_unit_test(odd_files_refused), cmocka_unit_test(phases_of_one_file),
+        cmocka_unit_test(floating_point),    cmocka_unit_test(damaged_seeds),
     };
     return cmocka_run_group_tests_name("dicom_frames", tests, NULL, NULL);
 }
