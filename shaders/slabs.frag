@@ -18,6 +18,7 @@ uniform float near_limit_mm;   // nothing nearer to the eye is drawn
 uniform float eye_mm;          // perspective: distance from the eye to the box's centre
 uniform float px_per_eye;      // perspective: pixel size over eye_mm
 uniform float slab_mm;
+uniform float texel_mm;        // thickness that texels and tables are for
 #ifdef VIT_STACKS
 uniform vec3 fall_from_tex; // depth along the stack [mm] per texture coordinate
 uniform float path_mm;      // ortho: way of a ray for 1 mm of depth
@@ -67,10 +68,10 @@ vec2 box_depths(vec3 base, vec3 along, vec3 low, vec3 high)
 #ifdef VIT_FITTED
 // HU at a face for the line across a slab: less 1/12 of the second difference, which makes its mean that of a parabola,
 // but no more than the smaller step to a neighbour.
-float fitted(float before, float here, float after, bool inner)
+float fitted(float before, float here, float after, float share)
 {
     float most = min(abs(here - before), abs(after - here));
-    return inner ? here - clamp((before - 2.0 * here + after) / 12.0, -most, most) : here;
+    return here - clamp((before - 2.0 * here + after) * share, -most, most);
 }
 #endif
 
@@ -110,16 +111,17 @@ void main()
     vec3 along = -ray / fall;
     vec3 base = tex_toward - eye_mm * along;
     vec2 slope = screen_px * px_per_eye;
-    float thicken = sqrt(1.0 + dot(slope, slope)) / (slab_mm * fall); // path through a slab over its thickness
+    float way = sqrt(1.0 + dot(slope, slope)) / fall; // of the ray for 1 mm of depth
 #else
     vec3 base = ray;
     vec3 along = tex_toward;
 #ifdef VIT_STACKS
-    float thicken = path_mm / slab_mm;
+    float way = path_mm;
 #else
-    float thicken = 1.0 / slab_mm;
+    const float way = 1.0;
 #endif
 #endif
+    float thicken = way / texel_mm; // path through a slab over the thickness that it is known for, per mm of depth
     vec2 box = box_depths(base, along, box_low, box_high);
     float near_mm = min(box.x, near_limit_mm), far_mm = box.y;
 #ifdef VIT_REDUCE
@@ -141,7 +143,14 @@ void main()
     // Whether the faces before and behind face i lie on the ray's part in the box.
     const float inner = 1.0 - VIT_FITTED_SLACK;
     vec2 inner_mm = vec2(far_mm + inner * slab_mm, near_mm - inner * slab_mm);
-#define INNER(i) (pass_mm - (i) * step_mm >= inner_mm.x && pass_mm - (i) * step_mm <= inner_mm.y)
+#ifdef VIT_STACKS
+    // Straight through slices on whose planes the faces lie, HU only bends at the faces: nothing to be fitted. Aslant
+    // it is curved between them as anywhere.
+    float fit = clamp(way * way - 1.0, 0.0, 1.0) / 12.0;
+#else
+    const float fit = 1.0 / 12.0;
+#endif
+#define INNER(i) (pass_mm - (i) * step_mm >= inner_mm.x && pass_mm - (i) * step_mm <= inner_mm.y ? fit : 0.0)
 #endif
     float front_mm = DEPTH(at);
 #ifdef VIT_REDUCE

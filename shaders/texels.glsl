@@ -1,5 +1,5 @@
 // Where a slab's samples come from. Positions are texture coordinates of the whole volume, [0, 1] on each axis.
-// Texels are premultiplied colour and opacity of a slab of thickness slab_mm, or HU in r.
+// Texels are premultiplied colour and opacity of a slab of thickness texel_mm, or HU in r.
 #ifdef VIT_STACKS
 // One brick of a stack of slices (src/plan/stacks.c): tiles in a 2D texture.
 uniform sampler2D texels;

@@ -112,7 +112,10 @@ struct vit_plan_stack {
     double weight;    /* its share of the picture, (0, 1] */
     double toward;    /* 1 or -1: whether depth grows with the texture coordinate */
     double box_mm;    /* thickness of the whole box: of one unit of the texture coordinate */
-    double offset_mm; /* faces lie at offset_mm + index·slab_mm: on slices, where slab_mm goes into their distance */
+    /* Of its slabs: the plan's, or half of it where rays run so aslant that they would go a long way in each. Textures
+     * and tables are for slabs of the plan's; fragments allow for the way as it is. */
+    double slab_mm;
+    double offset_mm; /* faces lie at offset_mm + index·slab_mm: on slices, where the plan's goes into their distance */
     int slab_first, slab_count;
     double eye_mm;  /* perspective: depth of the eye */
     double path_mm; /* ortho: way of a ray for 1 mm of depth */

@@ -44,4 +44,9 @@ enum vit_exit vit_report_slices(const char *folder, const struct vit_report_scen
 enum vit_exit vit_report_scene(const char *folder, const struct vit_report_scene *scene, const struct vit_log *log,
                                const struct vit_progress *progress);
 
+/* Half a turn by single degrees, the view in its middle: how much the picture changes from frame to frame on stacks,
+ * with and without cross-fade, and on 3D textures. */
+enum vit_exit vit_report_turn(const char *folder, const struct vit_report_scene *scene, const struct vit_log *log,
+                              const struct vit_progress *progress);
+
 #endif

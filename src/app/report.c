@@ -58,12 +58,27 @@ static enum vit_exit run_scene(struct app *app)
     return status;
 }
 
+static enum vit_exit run_turn(struct app *app)
+{
+    struct app_scene opened;
+    enum vit_exit status = app_scene_open(&opened, app);
+    if (status != VIT_EXIT_DONE)
+        return status;
+    struct vit_report_scene scene = scene_of(app, &opened);
+    status = vit_report_turn(app->settings->output, &scene, &app->log, &app->progress);
+    app_scene_close(&opened);
+    return status;
+}
+
 static const struct suite {
     const char *name;
     enum vit_exit (*run)(struct app *app);
     const char *view; /* unless the user gives one */
-} suites[] = {
-    {"rays", run_rays, NULL}, {"slices", run_slices, "30,20"}, {"stiff", run_stiff, NULL}, {"scene", run_scene, NULL}};
+} suites[] = {{"rays", run_rays, NULL},
+              {"slices", run_slices, "30,20"},
+              {"stiff", run_stiff, NULL},
+              {"scene", run_scene, NULL},
+              {"turn", run_turn, "90,10"}};
 
 /* The suite's name is not an input, the size and view are the suite's unless given, and it draws by GL. */
 static bool settings_for(struct vit_settings *settings, const struct suite *suite)
@@ -102,6 +117,7 @@ enum vit_exit app_report(struct app *app)
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(suites); i++)
         if (strcmp(app->settings->inputs[0], suites[i].name) == 0)
             return run_suite(app, &suites[i]);
-    vit_error(&app->log, "report: no suite `%s`; there are: rays, slices, stiff, scene", app->settings->inputs[0]);
+    vit_error(&app->log, "report: no suite `%s`; there are: rays, slices, stiff, scene, turn",
+              app->settings->inputs[0]);
     return VIT_EXIT_USAGE;
 }

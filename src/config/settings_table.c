@@ -125,11 +125,9 @@ const struct vit_option vit_options[] = {
 };
 /* clang-format on */
 
-static const struct vit_action report_actions[] = {{"rays", 0, 0, false},
-                                                   {"slices", 0, INPUTS_MAX, false},
-                                                   {"stiff", 0, 0, false},
-                                                   {"scene", 1, INPUTS_MAX, false},
-                                                   {NULL, 0, 0, false}};
+static const struct vit_action report_actions[] = {{"rays", 0, 0, false},          {"slices", 0, INPUTS_MAX, false},
+                                                   {"stiff", 0, 0, false},         {"scene", 1, INPUTS_MAX, false},
+                                                   {"turn", 1, INPUTS_MAX, false}, {NULL, 0, 0, false}};
 static const struct vit_action presets_actions[] = {{"list", 0, 0, false},
                                                     {"show", 1, 1, false},
                                                     {"check", 1, INPUTS_MAX, false},
@@ -197,7 +195,7 @@ const struct vit_command_row vit_commands[] = {
      {"vitrine info chest/", "vitrine info phantom:head", "vitrine info chest/ --json", NULL}},
     {VIT_COMMAND_REPORT,
      "report",
-     "rays|slices|stiff|scene -o FOLDER [INPUT...] [OPTIONS]",
+     "rays|slices|stiff|scene|turn -o FOLDER [INPUT...] [OPTIONS]",
      1,
      INPUTS_MAX,
      report_actions,
@@ -207,7 +205,7 @@ const struct vit_command_row vit_commands[] = {
      "segments. slices: number of slices, formats and filters, as the 1994 paper; an INPUT adds a scene. stiff: "
      "extreme cases with their bounds. scene INPUT: every way to draw it on this machine; prints the options for the "
      "least error within --budget-ms (default 40) and the least time for an RMS error of at most --max-error (default "
-     "1/255).",
+     "1/255). turn INPUT: how much the picture changes with every degree of half a turn, on stacks and on 3D textures.",
      {"vitrine report rays -o build/rays", "vitrine report scene chest/ -o build/chest --budget-ms 40", NULL}},
     {VIT_COMMAND_COMPARE,
      "compare",

@@ -110,8 +110,9 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
 {
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     /* One pass whatever the view, so that no view needs another program; a power of two, so that few volumes do. */
+    double thinnest_mm = plan->path == VIT_PATH_STACKS ? plan->slab_mm / 2 : plan->slab_mm;
     plan->slabs_per_pass = 64;
-    while (plan->slabs_per_pass < plan->camera.diagonal_mm / plan->slab_mm + 2 &&
+    while (plan->slabs_per_pass < plan->camera.diagonal_mm / thinnest_mm + 2 &&
            plan->slabs_per_pass < VIT_PLAN_SLABS_PER_PASS_MAX)
         plan->slabs_per_pass *= 2;
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)

@@ -98,7 +98,9 @@ void vit_plan_fit_lines(struct vit_plan *plan, const struct vit_preset *preset)
 {
     bool curved = plan->technique == VIT_TECHNIQUE_COMPOSITE && plan->classify == VIT_CLASSIFY_SLAB &&
                   plan->filter == VIT_FILTER_LINEAR;
-    plan->fitted = curved && preset->sampling.line == VIT_LINE_FITTED && !faces_on_samples(plan);
+    /* On stacks, whose faces lie on slices, the shader weighs the fit by the way aside. */
+    bool on_samples = plan->path != VIT_PATH_STACKS && faces_on_samples(plan);
+    plan->fitted = curved && preset->sampling.line == VIT_LINE_FITTED && !on_samples;
     if (curved && preset->sampling.line == VIT_LINE_FITTED && !plan->fitted)
         vit_plan_leave_out(plan, 0, "fitted lines", "slab faces lie on samples: chords between them are all but exact");
 }

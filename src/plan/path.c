@@ -109,8 +109,7 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
         drop_light_beyond(plan, caps);
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
-    if (!stacks) /* whose faces lie on slices */
-        vit_plan_fit_lines(plan, request->preset);
+    vit_plan_fit_lines(plan, request->preset);
     vit_plan_choose_table(plan, request->volume, caps);
     vit_plan_choose_target(plan, caps);
     /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */

@@ -8,6 +8,8 @@
 /* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
  * the diagonal between two axes. */
 #define FADE_COSINE 0.1
+/* A ray's way in a slab over the slab's thickness from which on slabs are half as thick. */
+#define LONG_WAY 1.25
 /* Perspective: a stack's share begins where the eye is outside the box along its axis, and is whole this part of the
  * diagonal further out. */
 #define EYE_CLEAR 0.05
@@ -45,7 +47,7 @@ static double slab_offset(const struct vit_plan *plan, const struct vit_plan_sta
 {
     double spacing = stack->box_mm / (double)plan->n[stack->axis];
     double from_center = plan->n[stack->axis] % 2 == 0 ? spacing / 2 : 0;
-    return from_center - plan->slab_mm * floor(from_center / plan->slab_mm + 1e-9);
+    return from_center - stack->slab_mm * floor(from_center / stack->slab_mm + 1e-9);
 }
 
 /* The stack of one axis but for its weight's scale; weight 0 where it cannot be drawn. */
@@ -57,6 +59,7 @@ static struct vit_plan_stack stack_of(const struct vit_plan *plan, int axis)
     struct vit_plan_stack stack = {.axis = axis, .toward = cosine < 0 ? -1 : 1, .box_mm = 1 / steep};
     stack.weight = fabs(cosine);
     stack.path_mm = 1 / fmax(fabs(cosine), 1e-9);
+    stack.slab_mm = stack.path_mm > LONG_WAY ? plan->slab_mm / 2 : plan->slab_mm;
     double far_mm = (plan->clip_low[axis] - 0.5) * stack.toward / steep;
     double near_mm = (plan->clip_high[axis] - 0.5) * stack.toward / steep;
     if (far_mm > near_mm) {
@@ -66,8 +69,8 @@ static struct vit_plan_stack stack_of(const struct vit_plan *plan, int axis)
     }
     /* A face that lies on a slab face up to rounding does not begin another slab. */
     stack.offset_mm = slab_offset(plan, &stack);
-    stack.slab_first = (int)floor((far_mm - stack.offset_mm) / plan->slab_mm + 1e-9);
-    stack.slab_count = (int)fmax(0, ceil((near_mm - stack.offset_mm) / plan->slab_mm - 1e-9) - stack.slab_first);
+    stack.slab_first = (int)floor((far_mm - stack.offset_mm) / stack.slab_mm + 1e-9);
+    stack.slab_count = (int)fmax(0, ceil((near_mm - stack.offset_mm) / stack.slab_mm - 1e-9) - stack.slab_first);
     if (camera->perspective)
         stack.eye_mm = camera->eye_mm * fabs(cosine);
     return stack;

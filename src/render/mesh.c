@@ -129,9 +129,9 @@ static void add_brick(struct vit_mesh *mesh, const struct vit_plan *plan, const 
     start_part(mesh, &brick, (at[2] * bricks[1] + at[1]) * bricks[0] + at[0]);
     for (size_t pass = 0; pass < pass_count(plan, stack->slab_count); pass++) {
         int near_face = stack->slab_first + stack->slab_count - (int)pass * plan->slabs_per_pass;
-        double near_mm = stack->offset_mm + near_face * plan->slab_mm;
+        double near_mm = stack->offset_mm + near_face * stack->slab_mm;
         double low[3], high[3];
-        if (!part_of_box(plan, stack, &brick, near_mm - plan->slabs_per_pass * plan->slab_mm, near_mm, low, high))
+        if (!part_of_box(plan, stack, &brick, near_mm - plan->slabs_per_pass * stack->slab_mm, near_mm, low, high))
             continue;
         struct vit_proxy_box box = vit_proxy_box_make(&plan->camera, plan->mm_from_tex, low, high);
         struct vit_proxy_outline outline;

@@ -133,7 +133,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 /* clang-format off */
 #define VIT_UNIFORMS(X) \
     X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
-    X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
+    X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \

@@ -261,6 +261,7 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     glUniform2f(program->middle_px, 0.5f * (float)camera->width_px, 0.5f * (float)camera->height_px);
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
+    glUniform1f(program->texel_mm, (float)plan->slab_mm);
     glUniform1i(program->texels, 0);
     if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
         glUniform1i(program->occupancy, 3);

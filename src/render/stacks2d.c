@@ -308,6 +308,7 @@ void vit_stacks_set_rays(const struct vit_program *program, const struct vit_pla
     fall[stack->axis] = stack->toward * stack->box_mm;
     const struct vit_vec3 fall_from_tex = {fall[0], fall[1], fall[2]};
     glUniform1f(program->near_limit_mm, 1e30f);
+    glUniform1f(program->slab_mm, (float)stack->slab_mm);
     vit_uniform_vec3(program->fall_from_tex, fall_from_tex);
     if (camera->perspective) {
         glUniform1f(program->eye_mm, (float)stack->eye_mm); /* rays themselves are those of any perspective */
