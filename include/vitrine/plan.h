@@ -169,8 +169,9 @@ struct vit_plan {
     bool table_float;
     bool table_split; /* neither: 16 bits in two channels of 8 */
     uint64_t table_bytes;
-    /* SKIP_EMPTY: a texture of one byte a brick that says how far it is to anything to see, of vit_plan_occupancy */
+    /* SKIP_EMPTY: a texture that says of each brick how far it is to anything to see, of vit_plan_empty_ahead */
     size_t occupancy_n[3];
+    int ahead[3]; /* whether texture coordinates grow (1), fall (-1) or do either (0) along rays from the eye */
     uint64_t occupancy_bytes;
     struct vit_plan_light light;
     enum vit_target target;
@@ -216,6 +217,10 @@ VIT_NODISCARD enum vit_plan_result vit_plan_make(struct vit_plan *plan, const st
  * 255 at most: cells[(k·occupancy_n[1] + j)·occupancy_n[0] + i], 0 in a brick that does. Within the cube of bricks
  * nearer than that, interpolation included, there is nothing to see. */
 void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
+
+/* The same, but of a cube that has the brick in its corner and reaches only the way that rays go: plan->ahead. From
+ * what vit_plan_occupancy gave; `work` is of the same size. */
+void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy, uint8_t *cells, uint8_t *work);
 
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);

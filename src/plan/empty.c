@@ -106,6 +106,24 @@ static bool fits_occupancy(const struct vit_plan *plan, const size_t n[3], const
     return true;
 }
 
+/* Rays are linear in the picture's pixels: those of its corners say how all of them go. */
+static void set_ahead(struct vit_plan *plan)
+{
+    const int beyond = 17;                     /* a sketch's last pixels */
+    int ways[3][2] = {{0, 0}, {0, 0}, {0, 0}}; /* falls, grows */
+    for (int corner = 0; corner < 4; corner++) {
+        struct vit_vec3 origin, direction;
+        vit_camera_ray(&plan->camera, corner & 1 ? plan->camera.width_px + beyond : -beyond,
+                       corner & 2 ? plan->camera.height_px + beyond : -beyond, &origin, &direction);
+        struct vit_vec3 tex = vit_mat4_direction(plan->tex_from_mm, direction);
+        const double along[3] = {tex.x, tex.y, tex.z};
+        for (int axis = 0; axis < 3; axis++)
+            ways[axis][along[axis] > 0]++;
+    }
+    for (int axis = 0; axis < 3; axis++)
+        plan->ahead[axis] = ways[axis][0] == 0 ? 1 : ways[axis][1] == 0 ? -1 : 0;
+}
+
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
@@ -121,8 +139,8 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->features |= VIT_FEATURE(SKIP_EMPTY);
         memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
         plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
-        if (plan->path == VIT_PATH_STACKS)
-            plan->occupancy_bytes *= 4;
+        plan->occupancy_bytes *= 4;
+        set_ahead(plan);
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
         plan->features |= VIT_FEATURE(OPAQUE_FRONT);
@@ -171,6 +189,56 @@ void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *vo
     for (ptrdiff_t k = layers - 1; k >= 0; k--)
         for (ptrdiff_t j = rows - 1; j >= 0; j--)
             step_from(cells, n, j, k, -1);
+}
+
+/* One sweep: what lies ahead is known before what lies before it. way: 1 or -1. */
+static void sweep_ahead(const size_t n[3], const int way[3], const uint8_t *occupancy, uint8_t *cells)
+{
+    const ptrdiff_t size[3] = {(ptrdiff_t)n[0], (ptrdiff_t)n[1], (ptrdiff_t)n[2]};
+    const ptrdiff_t row = size[0], layer = size[0] * size[1];
+    const ptrdiff_t step[3] = {way[0], way[1] * row, way[2] * layer};
+    for (ptrdiff_t k = 0; k < size[2]; k++)
+        for (ptrdiff_t j = 0; j < size[1]; j++)
+            for (ptrdiff_t i = 0; i < size[0]; i++) {
+                ptrdiff_t at[3] = {way[0] > 0 ? row - 1 - i : i, way[1] > 0 ? size[1] - 1 - j : j,
+                                   way[2] > 0 ? size[2] - 1 - k : k};
+                uint8_t *cell = cells + at[2] * layer + at[1] * row + at[0];
+                bool x = i > 0, y = j > 0, z = k > 0;
+                uint8_t least = 254;
+                if (occupancy[cell - cells] == 0) {
+                    *cell = 0;
+                    continue;
+                }
+                const ptrdiff_t near[7] = {x ? step[0] : 0,
+                                           y ? step[1] : 0,
+                                           z ? step[2] : 0,
+                                           x && y ? step[0] + step[1] : 0,
+                                           x && z ? step[0] + step[2] : 0,
+                                           y && z ? step[1] + step[2] : 0,
+                                           x && y && z ? step[0] + step[1] + step[2] : 0};
+                for (int m = 0; m < 7; m++)
+                    least = near[m] && cell[near[m]] < least ? cell[near[m]] : least;
+                *cell = (uint8_t)(least + 1);
+            }
+}
+
+void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy, uint8_t *cells, uint8_t *work)
+{
+    const size_t *n = plan->occupancy_n, count = n[0] * n[1] * n[2];
+    bool first = true;
+    /* Where rays go either way, the cubes of both are empty together. */
+    for (int octant = 0; octant < 8; octant++) {
+        const int way[3] = {octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1};
+        bool taken = true;
+        for (int axis = 0; axis < 3; axis++)
+            taken = taken && plan->ahead[axis] != -way[axis];
+        if (!taken)
+            continue;
+        sweep_ahead(n, way, occupancy, first ? cells : work);
+        for (size_t i = 0; !first && i < count; i++)
+            cells[i] = work[i] < cells[i] ? work[i] : cells[i];
+        first = false;
+    }
 }
 
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)

@@ -159,6 +159,11 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
         return;
     if (plan->path == VIT_PATH_STACKS)
         light_voxels(plan);
+    else if (request->preset->shading.lookup == VIT_LIGHT_AUTO && request->preset->sampling.sketch > 1 &&
+             !light->in_texels) {
+        light->lookup = VIT_LIGHT_SMOOTH;
+        vit_plan_leave_out(plan, 0, "light of every voxel", "sketched: fragments light what the few rays meet");
+    }
     light->stays = request->moving && request->preset->shading.lazy && light->lookup == VIT_LIGHT_RESHADE;
     light->forgets = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_VIEW);
     leave_parts_out(plan);

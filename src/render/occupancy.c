@@ -1,9 +1,11 @@
 /* The plan's occupancy as a texture: 3D, or its layers one below the other where stacks do without 3D textures. */
+#include <string.h>
+
 #include "render_private.h"
 
-static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3], const uint8_t *cells)
+/* 32 bits a cell: llvmpipe fetches those of eight pixels at a time, bytes one by one. */
+static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3])
 {
-    static const size_t origin[3] = {0, 0, 0};
     if (!vit_fault())
         glGenTextures(1, &occupancy->texture);
     if (!occupancy->texture) {
@@ -11,32 +13,57 @@ static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const si
         return false;
     }
     glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-    vit_gl_es3_storage_3d(gl, GL_R8, n);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    vit_gl_es3_pixels_3d(gl, origin, n, GL_RED, GL_UNSIGNED_BYTE, cells);
+    vit_gl_es3_storage_3d(gl, GL_R32F, n);
     vit_texture_filter(GL_TEXTURE_3D, false);
     return vit_gl_check(gl, "empty-space texture");
 }
 
 /* Four bytes a cell: formats of one channel are ES 3's or deprecated. */
-static bool make_2d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3], const uint8_t *cells)
+static bool make_2d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3])
 {
-    size_t count = n[0] * n[1] * n[2];
-    uint8_t *rgba = vit_alloc_zero(count, 4);
-    if (!rgba) {
+    occupancy->width = vit_gl_texture_side(gl, (int)n[0]);
+    occupancy->height = vit_gl_texture_side(gl, (int)(n[1] * n[2]));
+    return vit_gl_texture_create(gl, &occupancy->texture, GL_RGBA8, occupancy->width, occupancy->height,
+                                 "empty-space texture");
+}
+
+/* What is empty ahead, into the texture. */
+static bool send(struct vit_gl *gl, struct vit_occupancy *occupancy, const struct vit_plan *plan)
+{
+    static const size_t origin[3] = {0, 0, 0};
+    const size_t *n = plan->occupancy_n, count = n[0] * n[1] * n[2];
+    uint8_t *base = occupancy->cells, *cells = base + count, *work = cells + count;
+    vit_plan_empty_ahead(plan, base, cells, work);
+    if (plan->path == VIT_PATH_STACKS) {
+        uint8_t *rgba = occupancy->texels;
+        for (size_t i = 0; i < count; i++)
+            rgba[i * 4] = cells[i];
+        glBindTexture(GL_TEXTURE_2D, occupancy->texture);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)n[0], (GLsizei)(n[1] * n[2]), GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+    } else {
+        float *reach = occupancy->texels;
+        for (size_t i = 0; i < count; i++)
+            reach[i] = (float)cells[i] / 255;
+        glBindTexture(GL_TEXTURE_3D, occupancy->texture);
+        vit_gl_es3_pixels_3d(gl, origin, n, GL_RED, GL_FLOAT, reach);
+    }
+    memcpy(occupancy->ahead, plan->ahead, sizeof occupancy->ahead);
+    return vit_gl_check(gl, "empty-space texture");
+}
+
+static bool make(struct vit_gl *gl, struct vit_occupancy *occupancy, const struct vit_volume *volume,
+                 const struct vit_plan *plan)
+{
+    const size_t *n = plan->occupancy_n, count = n[0] * n[1] * n[2];
+    occupancy->cells = vit_alloc(count, 3);
+    occupancy->texels = vit_alloc_zero(count, 4);
+    if (!occupancy->cells || !occupancy->texels) {
         vit_error(vit_gl_log(gl), "out of memory for the empty-space texture");
         return false;
     }
-    for (size_t i = 0; i < count; i++)
-        rgba[i * 4] = cells[i];
-    occupancy->width = vit_gl_texture_side(gl, (int)n[0]);
-    occupancy->height = vit_gl_texture_side(gl, (int)(n[1] * n[2]));
-    bool good = vit_gl_texture_create(gl, &occupancy->texture, GL_RGBA8, occupancy->width, occupancy->height,
-                                      "empty-space texture");
-    if (good)
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)n[0], (GLsizei)(n[1] * n[2]), GL_RGBA, GL_UNSIGNED_BYTE, rgba);
-    vit_free(rgba);
-    return good && vit_gl_check(gl, "empty-space texture");
+    vit_plan_occupancy(plan, volume, occupancy->cells);
+    bool made = plan->path == VIT_PATH_STACKS ? make_2d(gl, occupancy, n) : make_3d(gl, occupancy, n);
+    return made && send(gl, occupancy, plan);
 }
 
 bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, const struct vit_volume *volume,
@@ -47,26 +74,21 @@ bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, c
     bool flat = plan->path == VIT_PATH_STACKS;
     uint64_t hash = vit_hash_bytes(vit_hash_transfer(VIT_HASH_START, plan->transfer), &flat, sizeof flat);
     if (occupancy->texture && occupancy->made_from == hash)
-        return true;
+        return memcmp(occupancy->ahead, plan->ahead, sizeof plan->ahead) == 0 || send(gl, occupancy, plan);
     vit_occupancy_clear(occupancy);
-    const size_t *n = plan->occupancy_n;
-    uint8_t *cells = vit_alloc(n[0] * n[1] * n[2], 1);
-    if (!cells) {
-        vit_error(vit_gl_log(gl), "out of memory for the empty-space texture");
+    if (!make(gl, occupancy, volume, plan)) {
+        vit_occupancy_clear(occupancy);
         return false;
     }
-    vit_plan_occupancy(plan, volume, cells);
-    bool good = flat ? make_2d(gl, occupancy, n, cells) : make_3d(gl, occupancy, n, cells);
-    vit_free(cells);
     occupancy->made_from = hash;
     occupancy->bytes = plan->occupancy_bytes;
-    if (!good)
-        vit_occupancy_clear(occupancy);
-    return good;
+    return true;
 }
 
 void vit_occupancy_clear(struct vit_occupancy *occupancy)
 {
     glDeleteTextures(1, &occupancy->texture);
+    vit_free(occupancy->cells);
+    vit_free(occupancy->texels);
     *occupancy = (struct vit_occupancy){0};
 }

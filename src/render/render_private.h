@@ -209,10 +209,13 @@ struct vit_table {
 VIT_NODISCARD bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan);
 void vit_table_clear(struct vit_table *table);
 
-/* occupancy.c: where there is anything to see, a byte a brick. */
+/* occupancy.c: how far it is to anything to see, by brick. */
 struct vit_occupancy {
     GLuint texture;
     int width, height; /* on stacks */
+    uint8_t *cells;    /* distances to anything to see, those ahead, and room to make them */
+    void *texels;      /* those ahead, as sent */
+    int ahead[3];
     uint64_t made_from;
     uint64_t bytes;
 };

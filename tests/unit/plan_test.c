@@ -208,7 +208,7 @@ static void occupancy_tells_the_distance(void **state)
     struct vit_plan_request request = ask(scene);
     struct vit_plan plan = make(scene, &request);
     uint8_t cells[8 * 6 * 5];
-    assert_int_equal(plan.occupancy_bytes, sizeof cells);
+    assert_int_equal(plan.occupancy_bytes, 4 * sizeof cells);
     vit_plan_occupancy(&plan, scene->volume, cells);
     for (size_t i = 0; i < sizeof cells; i++) {
         const int at[3] = {(int)(i % 8), (int)(i / 8 % 6), (int)(i / 48)};
@@ -221,6 +221,60 @@ static void occupancy_tells_the_distance(void **state)
     }
 }
 
+/* Whether the cube of `side` bricks from brick `at` on, the way of each axis, holds nothing. */
+static bool is_empty_ahead(const size_t n[3], const uint8_t *occupancy, const int at[3], const int way[3], int side)
+{
+    for (int i = 0; i < side * side * side; i++) {
+        const int step[3] = {i % side, i / side % side, i / side / side};
+        size_t place = 0;
+        bool inside = true;
+        for (int axis = 2; axis >= 0; axis--) {
+            int where = at[axis] + way[axis] * step[axis];
+            inside = inside && where >= 0 && where < (int)n[axis];
+            place = place * n[axis] + (size_t)where;
+        }
+        if (inside && occupancy[place] == 0)
+            return false;
+    }
+    return true;
+}
+
+/* cells: what vit_plan_occupancy gave, and room for two more. */
+static void check_ahead(struct vit_plan *plan, uint8_t *cells)
+{
+    static const int ways[][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {0, -1, 1}, {0, 0, 1}};
+    const size_t *n = plan->occupancy_n, count = n[0] * n[1] * n[2];
+    uint8_t *ahead = cells + count;
+    double sum = 0, sum_ahead = 0;
+    for (size_t w = 0; w < VIT_ARRAY_LENGTH(ways); w++) {
+        memcpy(plan->ahead, ways[w], sizeof plan->ahead);
+        vit_plan_empty_ahead(plan, cells, ahead, ahead + count);
+        for (size_t i = 0; i < count; i += 5) {
+            const int at[3] = {(int)(i % n[0]), (int)(i / n[0] % n[1]), (int)(i / n[0] / n[1])};
+            int reach = ahead[i], limit = 0;
+            sum += cells[i];
+            sum_ahead += reach;
+            assert_true(reach >= cells[i]);
+            for (int octant = 0; octant < 8; octant++) {
+                int way[3];
+                bool taken = true;
+                for (int axis = 0; axis < 3; axis++) {
+                    way[axis] = octant >> axis & 1 ? -1 : 1;
+                    taken = taken && ways[w][axis] != -way[axis];
+                }
+                if (!taken)
+                    continue;
+                int side = reach < 40 ? reach : 40; /* more than the volume has */
+                assert_true(is_empty_ahead(n, cells, at, way, side));
+                limit += !is_empty_ahead(n, cells, at, way, side + 1);
+            }
+            assert_true(limit > 0 || reach >= 40);
+        }
+    }
+    print_message("# empty ahead: %.1f bricks in the mean, %.1f all around\n", sum_ahead / (double)count,
+                  sum / (double)count);
+}
+
 /* Against the nearest by looking at all: a phantom of many pieces. */
 static void occupancy_is_the_least_distance(void **state)
 {
@@ -231,10 +285,10 @@ static void occupancy_is_the_least_distance(void **state)
     request.volume = volume;
     struct vit_plan plan = make(scene, &request);
     const size_t *n = plan.occupancy_n;
-    uint8_t *cells = malloc((size_t)plan.occupancy_bytes);
+    uint8_t *cells = malloc(3 * n[0] * n[1] * n[2]);
     assert_non_null(cells);
     vit_plan_occupancy(&plan, volume, cells);
-    size_t empty = 0, count = (size_t)plan.occupancy_bytes;
+    size_t empty = 0, count = n[0] * n[1] * n[2];
     for (size_t i = 0; i < count; i += 7) {
         int want = 255;
         for (size_t k = 0; k < count; k++) {
@@ -248,6 +302,7 @@ static void occupancy_is_the_least_distance(void **state)
         empty += want > 0;
     }
     print_message("# %zu of %zu cells looked at are empty\n", empty, count / 7);
+    check_ahead(&plan, cells);
     assert_true(empty > 0);
     free(cells);
     vit_volume_destroy(&volume);
