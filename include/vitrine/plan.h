@@ -202,7 +202,9 @@ struct vit_plan_request {
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
     bool one_view;               /* no other picture follows (snapshot) */
-    bool moving;                 /* more frames follow at once: a cheaper light will do, if the preset allows */
+    int sketch;                  /* instead of the preset's, with flat; 0: the preset's */
+    double flat;
+    bool moving; /* more frames follow at once: a cheaper light will do, if the preset allows */
 };
 enum vit_plan_result {
     VIT_PLAN_DONE = 0,

@@ -68,6 +68,8 @@ struct app_scene {
     unsigned failed_paths; /* bits 1 << path: auto does not take them again */
     bool one_view;         /* no other picture follows */
     bool moving;           /* more frames follow at once */
+    int sketch;            /* of a moving picture, with flat; 0: the preset's */
+    double flat;
     double gl_ms, load_ms; /* context; input */
 };
 
@@ -117,20 +119,21 @@ const char *app_drawer_name(const struct app_scene *scene);
 VIT_NODISCARD bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, struct app *app,
                                       const struct vit_view *view);
 
-/* ---- pace.c: how much smaller a moving picture is drawn ------------------------------------------------------------
+/* ---- pace.c: how much less of a moving picture is drawn ------------------------------------------------------------
  */
 
 #define APP_PACE_SHRINK_MAX 8
 struct app_pace {
     double budget_ms; /* 0: nothing is steered */
-    int shrink;       /* the picture's sides are the screen's by this, [1, APP_PACE_SHRINK_MAX] */
-    int slow, fast;   /* frames in a row that took too long, or that would have fitted one size larger */
+    int shrink;     /* a picture takes the time of one whose sides are the screen's by this, [1, APP_PACE_SHRINK_MAX] */
+    int slow, fast; /* frames in a row that took too long, or that would have fitted one size larger */
 };
 /* Where to begin, after a picture of 1/probe_shrink of each side took probe_ms: time goes with the pixels. */
 struct app_pace app_pace_make(double budget_ms, double probe_ms, int probe_shrink);
 /* A frame of this size took so long. Two slow frames in a row make the next ones smaller, eight fast ones larger. */
 void app_pace_take(struct app_pace *pace, double frame_ms);
-struct vit_view app_pace_view(const struct vit_view *view, int shrink);
+/* How a picture of that time is drawn: of that size, or sketched in a larger one (the scene's sketch is set for it). */
+struct vit_view app_pace_view(struct app_scene *scene, const struct vit_view *view, int shrink);
 
 /* ---- output.c ------------------------------------------------------------------------------------------------------
  */

@@ -40,7 +40,7 @@ static double median(double *values, size_t count)
 static enum vit_exit frame_at(double turn, int shrink, struct app_scene *scene, struct app_drawer *drawer,
                               struct app *app)
 {
-    struct vit_view view = app_pace_view(&app->settings->view, shrink);
+    struct vit_view view = app_pace_view(scene, &app->settings->view, shrink);
     view.azimuth_rad += 2.0 * M_PI * turn;
     enum vit_exit status = app_scene_plan(scene, app, &view);
     if (status != VIT_EXIT_DONE)

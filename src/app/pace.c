@@ -1,6 +1,6 @@
-/* How much smaller than the screen a moving picture is drawn: as much as the last frames' time asks for, and no
- * smaller. Only the picture's size is steered: other slabs would need other tables and programs, in the middle of a
- * movement. */
+/* How much less of a moving picture is drawn: as much as the last frames' time asks for, and no more. Only the
+ * picture's size, and how much of a sketch is drawn again, are steered: other slabs would need other tables and
+ * programs, in the middle of a movement. */
 #include "app_private.h"
 
 #include <math.h>
@@ -38,10 +38,17 @@ void app_pace_take(struct app_pace *pace, double frame_ms)
     }
 }
 
-struct vit_view app_pace_view(const struct vit_view *view, int shrink)
+/* A sketch of a picture in full size takes about as long as a picture of half the sides, and looks far better: refined
+ * where neighbours differ by 0.2, or (odd) nowhere, which takes that of a third. Measured on the cranium's bone, 800 x
+ * 800: 219 ms in full, 64 at half the sides, 45 and 32 sketched. */
+struct vit_view app_pace_view(struct app_scene *scene, const struct vit_view *view, int shrink)
 {
     struct vit_view smaller = *view;
-    smaller.width_px = (view->width_px + shrink - 1) / shrink;
-    smaller.height_px = (view->height_px + shrink - 1) / shrink;
+    bool sketch = shrink > 1 && scene->preset->technique == VIT_TECHNIQUE_COMPOSITE;
+    int by = sketch ? shrink / 2 : shrink;
+    scene->sketch = sketch ? 4 : 0;
+    scene->flat = shrink % 2 ? 1 : fmax(0.2, scene->preset->sampling.flat);
+    smaller.width_px = (view->width_px + by - 1) / by;
+    smaller.height_px = (view->height_px + by - 1) / by;
     return smaller;
 }

@@ -75,6 +75,7 @@ bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, stru
     size_t way = 0;
     bool moving = scene->moving, good = true;
     scene->moving = false;
+    scene->sketch = 0;
     for (int i = 0; i < (app->settings->command == VIT_COMMAND_SNAPSHOT ? 1 : VIEWS) && good; i++) {
         struct vit_view turned = *view;
         double error = 0;

@@ -65,6 +65,8 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .budget_ms = settings->budget_ms,
         .max_error = settings->max_error,
         .one_view = scene->one_view,
+        .sketch = scene->sketch,
+        .flat = scene->flat,
         .moving = scene->moving,
     };
     scene->view = *view;

@@ -53,7 +53,7 @@ struct show {
 
 static bool draw(struct show *show, int shrink)
 {
-    struct vit_view view = app_pace_view(&show->view, shrink);
+    struct vit_view view = app_pace_view(&show->scene, &show->view, shrink);
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;
@@ -79,7 +79,7 @@ static bool present(struct show *show)
 /* Textures, programs and the picture's buffers for `view` at this size; draws nothing. */
 static bool prepare(struct show *show, const struct vit_view *at, int shrink)
 {
-    struct vit_view view = app_pace_view(at, shrink);
+    struct vit_view view = app_pace_view(&show->scene, at, shrink);
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;

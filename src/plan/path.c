@@ -115,7 +115,7 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
     /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */
     plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);
     vit_plan_passes(plan, request);
-    vit_plan_choose_sketch(plan, request->preset);
+    vit_plan_choose_sketch(plan, request);
     return stacks || fits_texture(plan, caps, log);
 }
 

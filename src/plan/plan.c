@@ -89,7 +89,7 @@ static void accept_unbuilt(struct vit_plan *plan, const struct vit_plan_request 
 {
     if (request->budget_ms > 0)
         vit_plan_leave_out(plan, 0, "--budget-ms",
-                           "pictures while moving (show, bench) are drawn smaller; slabs stay as they are");
+                           "pictures while moving (show, bench) are sketched or drawn smaller; slabs stay as they are");
     if (request->max_error > 0 && (plan->technique != VIT_TECHNIQUE_COMPOSITE || request->path == VIT_PATH_REFERENCE))
         vit_plan_leave_out(plan, 0, "--max-error", "%s",
                            request->path == VIT_PATH_REFERENCE ? "the reference is drawn at its best"

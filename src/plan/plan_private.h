@@ -57,7 +57,7 @@ void vit_plan_drop_light(struct vit_plan *plan, uint64_t bytes, const char *why)
 void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* sketch.c: whether the picture is sketched first. */
-void vit_plan_choose_sketch(struct vit_plan *plan, const struct vit_preset *preset);
+void vit_plan_choose_sketch(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* path.c */
 VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,

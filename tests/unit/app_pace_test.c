@@ -83,6 +83,32 @@ static void a_probe_says_where_to_begin(void **state)
     assert_int_equal(none.shrink, 1);
 }
 
+static void it_sketches_before_it_shrinks(void **state)
+{
+    static const struct {
+        int shrink, width, height, sketch;
+        double flat;
+    } cases[] = {{1, 801, 600, 0, 1}, {2, 801, 600, 4, 0.2}, {3, 801, 600, 4, 1}, {4, 401, 300, 4, 0.2},
+                 {5, 401, 300, 4, 1}, {8, 201, 150, 4, 0.2}};
+    struct vit_preset preset = {.technique = VIT_TECHNIQUE_COMPOSITE};
+    struct app_scene scene = {.preset = &preset};
+    const struct vit_view view = {.width_px = 801, .height_px = 600};
+    (void)state;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_view drawn = app_pace_view(&scene, &view, cases[i].shrink);
+        assert_int_equal(drawn.width_px, cases[i].width);
+        assert_int_equal(drawn.height_px, cases[i].height);
+        assert_int_equal(scene.sketch, cases[i].sketch);
+        assert_true(scene.sketch == 0 || scene.flat == cases[i].flat);
+    }
+    preset.sampling.flat = 0.5; /* no finer than at rest */
+    app_pace_view(&scene, &view, 2);
+    assert_true(scene.flat == 0.5);
+    preset.technique = VIT_TECHNIQUE_MIP; /* which is not sketched */
+    assert_int_equal(app_pace_view(&scene, &view, 3).width_px, 267);
+    assert_int_equal(scene.sketch, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -90,6 +116,7 @@ int main(void)
         cmocka_unit_test(two_slow_frames_are_enough),
         cmocka_unit_test(it_grows_only_after_a_while),
         cmocka_unit_test(a_probe_says_where_to_begin),
+        cmocka_unit_test(it_sketches_before_it_shrinks),
     };
     return cmocka_run_group_tests_name("app_pace", tests, NULL, NULL);
 }
