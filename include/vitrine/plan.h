@@ -169,6 +169,7 @@ struct vit_plan {
     bool table_float;
     bool table_split; /* neither: 16 bits in two channels of 8 */
     uint64_t table_bytes;
+    double empty_share; /* of all bricks; 0 where nobody counted */
     /* SKIP_EMPTY: a texture that says of each brick how far it is to anything to see, of vit_plan_empty_ahead */
     size_t occupancy_n[3];
     int ahead[3]; /* whether texture coordinates grow (1), fall (-1) or do either (0) along rays from the eye */

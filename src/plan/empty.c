@@ -70,18 +70,21 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     const struct emptiness emptiness = emptiness_make(plan, request->volume);
-    size_t low[3] = {SIZE_MAX, SIZE_MAX, SIZE_MAX}, high[3] = {0, 0, 0}, brick = 0;
+    size_t low[3] = {SIZE_MAX, SIZE_MAX, SIZE_MAX}, high[3] = {0, 0, 0}, brick = 0, empty = 0;
     for (size_t k = 0; k < stats->bricks[2]; k++)
         for (size_t j = 0; j < stats->bricks[1]; j++)
             for (size_t i = 0; i < stats->bricks[0]; i++, brick++) {
-                if (brick_is_empty(&emptiness, brick))
+                if (brick_is_empty(&emptiness, brick)) {
+                    empty++;
                     continue;
+                }
                 size_t at[3] = {i, j, k};
                 for (int axis = 0; axis < 3; axis++) {
                     low[axis] = at[axis] < low[axis] ? at[axis] : low[axis];
                     high[axis] = at[axis] + 1 > high[axis] ? at[axis] + 1 : high[axis];
                 }
             }
+    plan->empty_share = brick > 0 ? (double)empty / (double)brick : 0;
     double kept = 1;
     for (int axis = 0; axis < 3; axis++) {
         double n = (double)info->n[axis];
@@ -141,10 +144,15 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
         plan->occupancy_bytes *= 4;
         set_ahead(plan);
+        if (plan->empty_share > 0)
+            vit_plan_leave_out(plan, 0, "empty space", "rays jump over the %.0f %% of bricks that hold nothing visible",
+                               100 * plan->empty_share);
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
         plan->features |= VIT_FEATURE(OPAQUE_FRONT);
         plan->clear_enough = VIT_PLAN_CLEAR_ENOUGH;
+        vit_plan_leave_out(plan, 0, "what is behind opaque matter",
+                           "rays end where less than 1/%.0f of the light comes through", 1 / plan->clear_enough);
     }
 }
 

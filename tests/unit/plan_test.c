@@ -191,10 +191,17 @@ static void empty_space_and_what_is_behind_can_be_kept(void **state)
     assert_true(plan.clear_enough > 0 && plan.clear_enough <= 1.0 / 65536);
     static const char *const keep[] = {"empty-space", "opaque-front"};
     request.keep = keep;
+    /* The visible bricks are 2 and 3 of each axis. */
+    assert_true(plan.empty_share == 1 - 8.0 / (8 * 6 * 5) && leaves_out(&plan, "empty space"));
+    assert_true(leaves_out(&plan, "what is behind opaque matter"));
     request.keep_count = 1;
-    assert_int_equal(make(scene, &request).features & both, VIT_FEATURE(OPAQUE_FRONT));
+    plan = make(scene, &request);
+    assert_int_equal(plan.features & both, VIT_FEATURE(OPAQUE_FRONT));
+    assert_false(leaves_out(&plan, "empty space"));
     request.keep_count = 2;
-    assert_int_equal(make(scene, &request).features & both, 0);
+    plan = make(scene, &request);
+    assert_int_equal(plan.features & both, 0);
+    assert_false(leaves_out(&plan, "what is behind opaque matter"));
     request.keep_count = 0;
     scene->preset.technique = VIT_TECHNIQUE_MIP; /* what is invisible may be the greatest */
     assert_int_equal(make(scene, &request).features & both, 0);
