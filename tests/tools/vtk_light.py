@@ -16,6 +16,7 @@ Needs Debian's python3-vtk9 python3-numpy python3-yaml xvfb xauth imagemagick:
 """
 import argparse, os, subprocess, sys
 import numpy as np
+import yaml
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -77,7 +78,14 @@ def scene_numbers(scene):
         print(f"| {name} | {kind} | {steps} | {rms(band(picture)) / picture[mask].mean() * 100:.2f} % | {picture[mask].mean():.0f} |", flush=True)
 
 
-preset = lambda name: os.path.join(HERE, "../../configs/presets", name + ".yaml")
+def preset(name):
+    """Without what VTK has not, or measures otherwise: boundaries, and opacity by gradient."""
+    whole = yaml.safe_load(open(os.path.join(HERE, "../../configs/presets", name + ".yaml")))
+    with open(path(name + ".yaml"), "w") as out:
+        yaml.safe_dump({k: v for k, v in whole.items() if k not in ("boundaries", "gradient_opacity")}, out)
+    return path(name + ".yaml")
+
+
 scenes = [dict(name=f"cranium-{p}", input=a.cranium, preset=preset(p), view="30,12", zoom="1.6") for p in ("bone", "skin") if a.cranium]
 if a.chest:
     run(a.vitrine, "convert", a.chest, "-q", "-o", path("chest.nhdr"))
