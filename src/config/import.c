@@ -291,12 +291,12 @@ static bool set_gradient(const struct vit_foreign *foreign, struct vit_preset *p
     return true;
 }
 
-/* A name that ours may have, and that no preset of this import has yet. */
+/* A name that ours may have (64 letters, some of them for a number), and that no preset of this import has yet. */
 static char *make_name(const struct vit_import *import, const char *name)
 {
-    char clean[140];
+    char clean[80];
     size_t length = 0;
-    for (; *name && length < 120; name++) {
+    for (; *name && length < 56; name++) {
         bool good = isalnum((unsigned char)*name) || strchr("._-", *name);
         if (good || (length > 0 && clean[length - 1] != '-'))
             clean[length++] = good ? *name : '-';
