@@ -87,18 +87,20 @@ static json_t *result(struct series *series, const struct app_scene *scene, cons
 {
     const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
     double middle = median(series->frame_ms, series->count), cpu = median(series->cpu_ms, series->count);
-    return json_pack(
-        "{s:o, s:s, s:s, s:[i,i], s:i, s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o}",
-        "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path), "preset",
-        scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px, "shrink",
-        series->shrink, "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames",
-        (json_int_t)series->count, "frame_ms_median", app_json_number(middle), "frame_ms_min",
-        app_json_number(series->frame_ms[0]), "frame_ms_max", app_json_number(series->frame_ms[series->count - 1]),
-        "frame_cpu_ms", app_json_number(cpu), "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms",
-        app_json_number(scene->load_ms), "setup_ms", app_json_number(setup_ms), "texture_bytes",
-        (json_int_t)drawer->stats.texture_bytes, "slices", (json_int_t)median(series->slices, series->count),
-        "fragments", (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
-        (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
+    return json_pack("{s:o, s:s, s:s, s:[i,i], s:i, s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, "
+                     "s:I, s:I, s:o}",
+                     "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path),
+                     "preset", scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px,
+                     "shrink", series->shrink, "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1],
+                     (json_int_t)info->n[2], "frames", (json_int_t)series->count, "frame_ms_median",
+                     app_json_number(middle), "frame_ms_min", app_json_number(series->frame_ms[0]), "frame_ms_max",
+                     app_json_number(series->frame_ms[series->count - 1]), "frame_cpu_ms", app_json_number(cpu),
+                     "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms", app_json_number(scene->load_ms),
+                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes,
+                     "texture_bytes_peak", (json_int_t)drawer->stats.texture_bytes_peak, "slices",
+                     (json_int_t)median(series->slices, series->count), "fragments",
+                     (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
+                     (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
 }
 
 static double number(const json_t *object, const char *key)
@@ -122,7 +124,8 @@ static void print_table(const json_t *object, const struct app_scene *scene, con
     printf("load        %.0f ms\n", number(object, "load_ms"));
     printf("set-up      %.0f ms\n", number(object, "setup_ms"));
     printf("slices      %.0f, %.4g fragments a frame\n", number(object, "slices"), number(object, "fragments"));
-    printf("textures    %.1f MiB\n", number(object, "texture_bytes") / 1048576.0);
+    printf("textures    %.1f MiB, %.1f MiB at the peak of the turn\n", number(object, "texture_bytes") / 1048576.0,
+           number(object, "texture_bytes_peak") / 1048576.0);
     printf("memory      %.1f MiB at the peak\n", number(object, "peak_rss_bytes") / 1048576.0);
 }
 

@@ -193,6 +193,8 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     renderer->stats.texture_bytes = renderer->texture3d.bytes + vit_stacks_bytes(&renderer->stacks) +
                                     renderer->table.bytes + renderer->occupancy.bytes +
                                     (plan->features & VIT_FEATURE(LIGHT) ? renderer->light3d.bytes : 0);
+    if (renderer->stats.texture_bytes_peak < renderer->stats.texture_bytes)
+        renderer->stats.texture_bytes_peak = renderer->stats.texture_bytes;
     renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
     return true;
 }

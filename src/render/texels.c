@@ -144,26 +144,34 @@ static void dither_line(const struct vit_texels *lookup, enum vit_sample sample,
     }
 }
 
-/* The sizes are constants so that the copies are single moves. */
+/* One loop for each kind of sample and size of entry: nothing is asked of every voxel, copies are single moves. */
+#define CLASSIFY(type, bytes)                                                                                          \
+    do {                                                                                                               \
+        const type *raw = (const type *)samples + line->place;                                                         \
+        for (size_t i = 0; i < line->count; i++)                                                                       \
+            memcpy(out + i * line->out_stride, entries + (size_t)(raw[i * line->stride] - raw_min) * (bytes), bytes);  \
+    } while (0)
+#define CLASSIFY_ANY(bytes)                                                                                            \
+    if (sample == VIT_SAMPLE_I16)                                                                                      \
+        CLASSIFY(int16_t, bytes);                                                                                      \
+    else                                                                                                               \
+        CLASSIFY(uint16_t, bytes);                                                                                     \
+    break
+
 static void classify_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
                           const struct vit_texels_line *line, unsigned char *out)
 {
     const unsigned char *entries = lookup->entries;
-    for (size_t i = 0; i < line->count; i++, out += line->out_stride) {
-        size_t entry = entry_of(lookup, sample, samples, line->place + i * line->stride);
-        switch (lookup->entry_bytes) {
-        case 1:
-            *out = entries[entry];
-            break;
-        case 2:
-            memcpy(out, entries + entry * 2, 2);
-            break;
-        case 4:
-            memcpy(out, entries + entry * 4, 4);
-            break;
-        default:
-            memcpy(out, entries + entry * 8, 8);
-        }
+    const int raw_min = lookup->raw_min;
+    switch (lookup->entry_bytes) {
+    case 1:
+        CLASSIFY_ANY(1);
+    case 2:
+        CLASSIFY_ANY(2);
+    case 4:
+        CLASSIFY_ANY(4);
+    default:
+        CLASSIFY_ANY(8);
     }
 }
 

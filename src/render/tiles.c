@@ -64,7 +64,7 @@ static void tile_row(const struct tiler *tiler, size_t row, unsigned char *out)
 static void tile_rows(const struct tiler *tiler, unsigned char *out)
 {
     ptrdiff_t rows = (ptrdiff_t)height_of(&tiler->part);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(dynamic, 8) /* nobody waits long for a thread that lost its core */
     for (ptrdiff_t row = 0; row < rows; row++)
         tile_row(tiler, (size_t)row, out);
 }

@@ -192,6 +192,7 @@ static void only_what_fits_is_kept(void **state)
         }
         print_message("# limit %d MiB: %.2f, %.2f, %.2f MiB after one, two, three views\n", limit,
                       (double)bytes[0] / 1048576, (double)bytes[1] / 1048576, (double)bytes[2] / 1048576);
+        assert_true(vit_renderer_stats(f->renderer).texture_bytes_peak == bytes[2]);
         assert_true(limit ? bytes[2] == bytes[0] : bytes[2] > bytes[1] && bytes[1] > bytes[0]);
     }
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
