@@ -199,7 +199,7 @@ uninstall: ## takes away what install put there
 ## Test (all of these install what is missing and build first)
 ##
 RUN := tests/run.sh VITRINE=$(BIN)
-KMS_RUN := TEST_TIMEOUT=270 KMS_LIMIT=240 KMS_CACHE=$(BUILD)/kms tests/kms/show.sh TEST_TIMEOUT=120
+KMS_RUN := TEST_TIMEOUT=270 KMS_LIMIT=240 KMS_CACHE=$(BUILD)/kms tests/kms/show.sh TEST_TIMEOUT=300
 .PHONY: unit gl golden kms lint headers include-rules
 unit: $(UNIT_BIN) ## unit tests; seconds
 	@$(RUN) $(UNIT_BIN)
@@ -251,7 +251,7 @@ ASAN_O := $(BUILD)/asan
 ASAN_LONG := $(addprefix $(O)/tests/gl/,frames_test ideal_test light_test rules_test stacks_test) \
     $(addprefix tests/golden/,report.sh report_stiff.sh snapshot.sh stacks.sh)
 asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
-    $(patsubst $(O)/%,$(ASAN_O)/%,$1) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=120 VITRINE=$(BIN)
+    $(patsubst $(O)/%,$(ASAN_O)/%,$1) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=300 VITRINE=$(BIN)
 ASAN_RUN = $(call asan_run,$(filter-out $(ASAN_LONG),$(UNIT_BIN) $(GL_BIN) $(GOLDEN)))
 ASAN_LONG_RUN = $(call asan_run,$(filter $(ASAN_LONG),$(GL_BIN) $(GOLDEN)))
 asan: asan-bins ## the whole suite under AddressSanitizer and UBSan
@@ -276,7 +276,7 @@ fuzz: fuzz-build ## build the fuzz targets with clang and run each for FUZZ_SECO
 
 .PHONY: check check-full check-bins
 # WERROR=1 here and not by default's leave, so that CI is strict with every compiler.
-CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(call lint_run,$(C_SRC) $(CC_SRC)) TEST_TIMEOUT=120 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
+CHECK_RUN = tests/tools/run-test.sh $(HEADER_RUN) $(RULES_RUN) $(call lint_run,$(C_SRC) $(CC_SRC)) TEST_TIMEOUT=300 $(UNIT_BIN) $(GL_BIN) $(GOLDEN) \
     $(KMS_RUN) $(ASAN_RUN)
 check: ## what CI runs: lint, rules, gcc, clang (src, for the fuzz seeds), unit, gl, golden, a screen, sanitizers
 	+@$(MAKE) WERROR=1 check-bins
