@@ -192,7 +192,13 @@ int Fields::integer(const DcmTagKey &key, int absent) const
 
 bool Fields::word(const DcmTagKey &key, unsigned &out) const
 {
+    DcmElement *element = find(key);
+    Uint16 usual;
     double value;
+    if (element && element->ident() == EVR_US && element->getUint16(usual).good()) {
+        out = usual;
+        return true;
+    }
     if (!numbers(key, &value, 1) || value != std::floor(value) || value < 0 || value > 65535)
         return false;
     out = unsigned(value);
@@ -240,6 +246,8 @@ bool Fields::is_damaged(const DcmTagKey &key) const
 {
     DcmElement *element = find(key);
     double value;
+    if (element && element->ident() == EVR_US && element->getLength() == 2)
+        return false;
     return element && (element->getVM() > 1 || !numbers(key, &value, 1)) && !text(key).empty();
 }
 
