@@ -109,9 +109,9 @@ struct vit_stack_brick {
  * the box's centre, growing toward the eye. */
 struct vit_plan_stack {
     int axis;
-    double weight;    /* its share of the picture, (0, 1] */
-    double toward;    /* 1 or -1: whether depth grows with the texture coordinate */
-    double box_mm;    /* thickness of the whole box: of one unit of the texture coordinate */
+    double weight; /* its share of the picture, (0, 1] */
+    double toward; /* 1 or -1: whether depth grows with the texture coordinate */
+    double box_mm; /* thickness of the whole box: of one unit of the texture coordinate */
     /* Of its slabs: the plan's, or half of it where rays run so aslant that they would go a long way in each. Textures
      * and tables are for slabs of the plan's; fragments allow for the way as it is. */
     double slab_mm;

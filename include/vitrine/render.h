@@ -7,8 +7,8 @@
 #include "vitrine/volume.h"
 
 struct vit_render_stats {
-    double setup_ms; /* textures and programs made so far, by all calls of prepare */
-    double frame_ms; /* the last frame, finished */
+    double setup_ms;                            /* textures and programs made so far, by all calls of prepare */
+    double frame_ms;                            /* the last frame, finished */
     uint64_t texture_bytes, texture_bytes_peak; /* now; and the most after any call of prepare */
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */
     int slices;         /* slabs drawn */

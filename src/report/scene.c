@@ -174,17 +174,18 @@ static bool measure_again(struct scene *scene)
     size_t count = scene->candidate_count;
     double(*ms)[ROUNDS] = vit_alloc_zero(CANDIDATES_MOST, sizeof *ms);
     bool ok = ms && !scene->report.failed;
-    for (size_t step = 0; ok && step < ROUNDS * count; step++) {
-        const struct candidate *candidate = &scene->candidates[step % count];
-        double *now = &ms[step % count][step / count];
-        *now = candidate->ms;
-        if (!vit_progress_step(scene->report.progress, "timing the best again", step, ROUNDS * count)) {
-            vit_error(scene->report.log, "report scene: cancelled");
-            ok = false;
-        } else if (step >= count && may_be_front(scene, candidate)) {
-            ok = time_again(scene, candidate, now);
+    for (size_t round = 0; round < ROUNDS; round++)
+        for (size_t i = 0; ok && i < count; i++) {
+            const struct candidate *candidate = &scene->candidates[i];
+            ms[i][round] = candidate->ms;
+            if (!vit_progress_step(scene->report.progress, "timing the best again", round * count + i,
+                                   ROUNDS * count)) {
+                vit_error(scene->report.log, "report scene: cancelled");
+                ok = false;
+            } else if (round > 0 && may_be_front(scene, candidate)) {
+                ok = time_again(scene, candidate, &ms[i][round]);
+            }
         }
-    }
     for (size_t i = 0; ok && i < count; i++) {
         struct report_row median;
         report_fill_times(&median, ms[i], ROUNDS);

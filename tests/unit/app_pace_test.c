@@ -88,8 +88,8 @@ static void it_sketches_before_it_shrinks(void **state)
     static const struct {
         int shrink, width, height, sketch;
         double flat;
-    } cases[] = {{1, 801, 600, 0, 1}, {2, 801, 600, 4, 0.2}, {3, 801, 600, 4, 1}, {4, 401, 300, 4, 0.2},
-                 {5, 401, 300, 4, 1}, {8, 201, 150, 4, 0.2}};
+    } cases[] = {{1, 801, 600, 0, 1},   {2, 801, 600, 4, 0.2}, {3, 801, 600, 4, 1},
+                 {4, 401, 300, 4, 0.2}, {5, 401, 300, 4, 1},   {8, 201, 150, 4, 0.2}};
     struct vit_preset preset = {.technique = VIT_TECHNIQUE_COMPOSITE};
     struct app_scene scene = {.preset = &preset};
     const struct vit_view view = {.width_px = 801, .height_px = 600};
@@ -112,10 +112,8 @@ static void it_sketches_before_it_shrinks(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_settles_within_the_budget),
-        cmocka_unit_test(two_slow_frames_are_enough),
-        cmocka_unit_test(it_grows_only_after_a_while),
-        cmocka_unit_test(a_probe_says_where_to_begin),
+        cmocka_unit_test(it_settles_within_the_budget),  cmocka_unit_test(two_slow_frames_are_enough),
+        cmocka_unit_test(it_grows_only_after_a_while),   cmocka_unit_test(a_probe_says_where_to_begin),
         cmocka_unit_test(it_sketches_before_it_shrinks),
     };
     return cmocka_run_group_tests_name("app_pace", tests, NULL, NULL);

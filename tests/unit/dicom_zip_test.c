@@ -83,7 +83,8 @@ static void write_zip(const struct member *members, size_t count)
         fwrite("PK\3\4", 1, 4, file);
         put_common(file, m, crc[i], packed[i]);
         fputs(m->name, file);
-        fwrite(bytes, 1, packed[i], file);
+        if (packed[i] > 0)
+            fwrite(bytes, 1, packed[i], file);
     }
     long directory = ftell(file);
     for (size_t i = 0; i < count; i++) {
