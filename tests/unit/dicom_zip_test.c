@@ -125,7 +125,7 @@ static size_t slice_bytes(int instance, const char *position, uint8_t *out, size
     test_slice_write(folder, "slice", &s);
     snprintf(name, sizeof name, "%s/slice", folder);
     size_t got = slurp(name, out, room);
-    remove(name);
+    (void)remove(name);
     return got;
 }
 
