@@ -18,10 +18,12 @@ picture() { # OUT INPUT VIEW [OPTION...]
 # ---- cranium --------------------------------------------------------------------------------------------------------
 if cranium=$("$here/../../tools/get-cranium.sh" 2>"$tap_out"); then
     tap_run "cranium: converts to DICOM" "$VITRINE" convert -q "$cranium" -o "$d/dicom"
+    # An axis runs the other way there: of two directions that are as near to a gradient the other may be taken, one or two
+    # degrees off, which shows in single pixels of a lit picture (unlit: 3e-5 at most).
     for view in $views; do
         for preset in bone skin; do
             if picture "$d/a.nrrd" "$cranium" "$view" --preset $preset && picture "$d/b.nrrd" "$d/dicom" "$view" --preset $preset &&
-                "$VITRINE" compare "$d/a.nrrd" "$d/b.nrrd" --max 0.001 >"$tap_out" 2>&1; then
+                "$VITRINE" compare "$d/a.nrrd" "$d/b.nrrd" --max 0.01 --rmse 0.0001 >"$tap_out" 2>&1; then
                 tap_pass "cranium $preset $view: the same from NRRD and from DICOM"
             else
                 tap_fail "cranium $preset $view: the same from NRRD and from DICOM"
