@@ -109,9 +109,7 @@ void app_drawer_close(struct app_drawer *drawer);
 /* Who drew: GL's renderer string, or the reference. */
 const char *app_drawer_name(const struct app_scene *scene);
 
-/* ---- quality.c: --max-error
- * -------------------------------------------------------------------------------------------
- */
+/* ---- quality.c: --max-error -------------------------------------------------------------------------------------- */
 
 /* Sets the preset's sampling to the cheapest that keeps to --max-error in this view and, but for a snapshot, in two
  * more of its turn, and plans the view anew. Nothing without --max-error, by the reference, and for rays that are

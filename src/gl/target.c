@@ -56,7 +56,11 @@ bool vit_gl_target_add_depth(struct vit_gl *gl, struct vit_gl_target *target)
     bool good = vit_gl_check(gl, "depth buffer");
     if (good && status != GL_FRAMEBUFFER_COMPLETE)
         vit_error(gl->log, "depth buffer of %d x %d: incomplete (status 0x%x)", target->width, target->height, status);
-    return good && status == GL_FRAMEBUFFER_COMPLETE;
+    if (good && status == GL_FRAMEBUFFER_COMPLETE)
+        return true;
+    glDeleteRenderbuffers(1, &target->depth);
+    target->depth = 0;
+    return false;
 }
 
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target)

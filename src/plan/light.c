@@ -159,7 +159,8 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
         return;
     if (plan->path == VIT_PATH_STACKS)
         light_voxels(plan);
-    else if (request->preset->shading.lookup == VIT_LIGHT_AUTO && request->preset->sampling.sketch > 1 &&
+    else if (/* not by request->sketch: moving pictures keep the look-up, and the textures, of those at rest */
+             request->preset->shading.lookup == VIT_LIGHT_AUTO && request->preset->sampling.sketch > 1 &&
              !light->in_texels) {
         light->lookup = VIT_LIGHT_SMOOTH;
         vit_plan_leave_out(plan, 0, "light of every voxel", "sketched: fragments light what the few rays meet");

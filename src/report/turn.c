@@ -30,7 +30,8 @@ struct turn {
 static bool plan_frame(const struct turn *turn, const struct way *way, int step, struct vit_plan *plan)
 {
     const struct vit_report_scene *given = turn->given;
-    const struct vit_log quiet = {0};
+    /* A way that is not there at the first step is left out; later it is an error. */
+    const struct vit_log quiet = {0}, *log = step > 0 ? turn->report.log : &quiet;
     struct vit_plan_request request = {.volume = given->volume,
                                        .preset = given->preset,
                                        .view = given->view,
@@ -39,7 +40,7 @@ static bool plan_frame(const struct turn *turn, const struct way *way, int step,
                                        .keep = way->keep ? &way->keep : NULL,
                                        .keep_count = way->keep ? 1 : 0};
     request.view.azimuth_rad += (step - STEPS / 2) * (M_PI / 180);
-    return vit_plan_make(plan, &request, &quiet) == VIT_PLAN_DONE;
+    return vit_plan_make(plan, &request, log) == VIT_PLAN_DONE;
 }
 
 /* Anything about the stacks but the angle itself. */
@@ -76,7 +77,7 @@ static bool draw(struct vit_renderer *renderer, const struct vit_plan *plan, str
            vit_renderer_read(renderer, frame);
 }
 
-static bool one_step(struct turn *turn, size_t w, int step, const struct vit_frame frames[2],
+static bool one_step(struct turn *turn, size_t w, int step, double ms, const struct vit_frame frames[2],
                      const struct vit_plan plans[2])
 {
     char name[64];
@@ -85,10 +86,14 @@ static bool one_step(struct turn *turn, size_t w, int step, const struct vit_fra
     struct report_row *row = report_add(&turn->report, name, ways[w].name);
     compare(&frames[0], &frames[1], turn->given->preset->background, row);
     row->slices = plans[1].slab_count;
+    row->ms_min = row->ms_median = row->ms_max = ms;
     turn->angle[step - 1] = to - 0.5;
     turn->change[w][step - 1] = 255 * row->err_rms;
     turn->switches[w][step - 1] = is_switch(&plans[0], &plans[1]);
-    return vit_progress_step(turn->report.progress, "turning", w * STEPS + (size_t)step, WAYS * (size_t)STEPS);
+    if (vit_progress_step(turn->report.progress, "turning", w * STEPS + (size_t)step, WAYS * (size_t)STEPS))
+        return true;
+    vit_error(turn->report.log, "report turn: cancelled");
+    return false;
 }
 
 static bool turn_once(struct turn *turn, size_t w)
@@ -101,7 +106,7 @@ static bool turn_once(struct turn *turn, size_t w)
     good = good && (!turn->there[w] || draw(renderer, &plans[0], &frames[0]));
     for (int step = 1; step <= STEPS && good && turn->there[w]; step++) {
         good = plan_frame(turn, &ways[w], step, &plans[1]) && draw(renderer, &plans[1], &frames[1]) &&
-               one_step(turn, w, step, frames, plans);
+               one_step(turn, w, step, vit_renderer_stats(renderer).frame_ms, frames, plans);
         vit_frame_clear(&frames[0]);
         frames[0] = frames[1];
         frames[1] = (struct vit_frame){0};
