@@ -49,8 +49,9 @@ struct vit_voxel_mask {
 };
 VIT_NODISCARD bool vit_voxel_mask_init(struct vit_voxel_mask *mask, const size_t n[3]); /* no bit set; false: memory */
 void vit_voxel_mask_clear(struct vit_voxel_mask *mask);
-/* The next run [*first, *end) of set bits of a row (k·n[1] + j) from *end on; start with *end = 0. False: none. */
-bool vit_voxel_mask_next(const struct vit_voxel_mask *mask, size_t row, size_t *first, size_t *end);
+/* The next run [*first, *end) of set bits, of `most` at most, of a row (k·n[1] + j) from *end on; start with *end = 0.
+ * False: none. */
+bool vit_voxel_mask_next(const struct vit_voxel_mask *mask, size_t row, size_t most, size_t *first, size_t *end);
 
 /* ---- normals of a volume ------------------------------------------------------------------------------------ */
 

@@ -33,12 +33,13 @@ static size_t find(const struct vit_voxel_mask *mask, const uint64_t *row, size_
     return mask->n[0];
 }
 
-bool vit_voxel_mask_next(const struct vit_voxel_mask *mask, size_t row, size_t *first, size_t *end)
+bool vit_voxel_mask_next(const struct vit_voxel_mask *mask, size_t row, size_t most, size_t *first, size_t *end)
 {
     const uint64_t *words = mask->words + row * mask->row_words;
     if (*end >= mask->n[0])
         return false;
     *first = find(mask, words, *end, 0);
     *end = find(mask, words, *first, ~(uint64_t)0);
+    *end = *end - *first > most ? *first + most : *end;
     return *first < *end;
 }

@@ -85,27 +85,17 @@ static void fill_block(const struct job *job, const size_t first[3], size_t coun
     }
 }
 
-static void fill_masked_row(const struct job *job, size_t j, size_t k)
-{
-    const size_t *n = vit_volume_get_info(job->volume)->n;
-    const size_t row = k * n[1] + j;
-    for (size_t first, end = 0; vit_voxel_mask_next(job->params->mask, row, &first, &end);)
-        for (size_t i = first, count; i < end; i += count) {
-            count = end - i < BLOCK ? end - i : BLOCK;
-            fill_block(job, (const size_t[3]){i, j, k}, count, row * n[0] + i);
-        }
-}
-
 static void fill_row(const struct job *job, size_t j, size_t k)
 {
+    const size_t *n = vit_volume_get_info(job->volume)->n, row = (k * n[1] + j) * n[0];
     if (job->params->mask) {
-        fill_masked_row(job, j, k);
+        for (size_t i, end = 0; vit_voxel_mask_next(job->params->mask, row / n[0], BLOCK, &i, &end);)
+            fill_block(job, (const size_t[3]){i, j, k}, end - i, row + i);
         return;
     }
-    const size_t *n = vit_volume_get_info(job->volume)->n;
     const size_t *bricks = vit_volume_get_stats(job->volume)->bricks;
     const uint8_t *wanted = job->params->brick_wanted;
-    const size_t row = (k * n[1] + j) * n[0], brick_row = ((k / VIT_BRICK) * bricks[1] + j / VIT_BRICK) * bricks[0];
+    const size_t brick_row = ((k / VIT_BRICK) * bricks[1] + j / VIT_BRICK) * bricks[0];
     for (size_t brick = 0; brick < bricks[0]; brick++) {
         size_t i = brick * VIT_BRICK, count = n[0] - i < VIT_BRICK ? n[0] - i : VIT_BRICK;
         if (!wanted || wanted[brick_row + brick]) {

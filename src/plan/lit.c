@@ -9,6 +9,24 @@
 
 #define ABOVE 1 /* the least that is visible */
 #define BELOW 2 /* the greatest */
+/* [rad]: 16 times a slab's thickness */
+#define WAY_ASIDE_MOST 1.508
+
+/* A ray's longest way in a slab over the slab's thickness, in quarters, so that pictures of other sizes ask for the
+ * same voxels. Of the view's slabs: by how far the image's corners are aside. Stacks' are aslant besides, by up to 59
+ * degrees where they are half as thick, else 37; a ray that runs all but in a slice leaves the box before it has gone
+ * far. */
+static double longest_way(const struct vit_plan *plan)
+{
+    const struct vit_camera *camera = &plan->camera;
+    const bool stacks = plan->path == VIT_PATH_STACKS;
+    double corner_px = 0.5 * hypot(camera->width_px, camera->height_px);
+    double aside = camera->perspective ? atan(corner_px * camera->pixel_mm / camera->eye_mm) : 0;
+    double way = 1 / cos(fmin(WAY_ASIDE_MOST, aside));
+    if (stacks)
+        way = fmax(4, fmax(0.5 / cos(fmin(WAY_ASIDE_MOST, 1.03 + aside)), 1 / cos(fmin(WAY_ASIDE_MOST, 0.65 + aside))));
+    return ceil(4 * way - 1e-9) / 4;
+}
 
 int vit_plan_lit_reach(const struct vit_plan *plan)
 {
@@ -16,8 +34,7 @@ int vit_plan_lit_reach(const struct vit_plan *plan)
         return 1;
     /* A voxel of the middle's cell is less than one voxel from the middle, that is half the slab's way from a face, and
      * this less than one from any voxel of its cell. How long the way is for the slab's thickness: */
-    double way = plan->path == VIT_PATH_STACKS ? 4 : plan->camera.perspective ? 2 : 1;
-    double half = 0.5 * way * plan->slab_mm / plan->light.model.vox_mm;
+    double half = 0.5 * longest_way(plan) * plan->slab_mm / plan->light.model.vox_mm;
     return (int)fmin(1000, ceil(2 + half - 1e-6) - 1);
 }
 

@@ -56,7 +56,7 @@ static bool find_voxels(struct vit_shade *shade, const struct vit_volume *volume
     for (size_t row = 0; row < plan->n[1] * plan->n[2]; row++) {
         size_t j = row % plan->n[1], k = row / plan->n[1];
         uint8_t *wanted = shade->wanted + (k / VIT_BRICK * stats->bricks[1] + j / VIT_BRICK) * stats->bricks[0];
-        for (size_t first, end = 0; vit_voxel_mask_next(&shade->mask, row, &first, &end);)
+        for (size_t first, end = 0; vit_voxel_mask_next(&shade->mask, row, SIZE_MAX, &first, &end);)
             memset(wanted + first / VIT_BRICK, 255, (end - 1) / VIT_BRICK - first / VIT_BRICK + 1);
     }
     return true;
@@ -233,7 +233,7 @@ void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, 
     const size_t row = line->place / plan->n[0], low = line->place % plan->n[0], high = low + line->count;
     for (size_t i = 0; i < line->count; i++)
         memcpy(out + line->out_stride * i, (const unsigned char[4]){0, 0, 0, 255}, 4); /* nobody asks for it */
-    for (size_t from, end = low; vit_voxel_mask_next(&shade->mask, row, &from, &end) && from < high;) {
+    for (size_t from, end = low; vit_voxel_mask_next(&shade->mask, row, SIZE_MAX, &from, &end) && from < high;) {
         const struct vit_texels_line known = {row * plan->n[0] + from, 1, (end < high ? end : high) - from,
                                               line->out_stride};
         shade_known(shade, plan, &known, out + line->out_stride * (from - low));
