@@ -13,17 +13,11 @@ import warnings
 import numpy as np
 import pydicom
 
+from tap import finish, say
+
 warnings.simplefilter("ignore")
 VITRINE = os.environ.get("VITRINE", "build/release/vitrine")
 AIR = -1024
-count = failed = 0
-
-
-def say(good, text):
-    global count, failed
-    count += 1
-    failed += not good
-    print(f"{'ok' if good else 'not ok'} {count} - {text}", flush=True)
 
 
 def run(*arguments):
@@ -201,8 +195,7 @@ def main(data):
         check_series(folder, ge, "GE_tilt_unequal", 1, 28, "spacing-uneven", "gantry-tilt")
         uneven_series(folder, ge, "GE_tilt_unequal")
         reencoded(folder, chest, "lungfcp_98")
-    print(f"1..{count}")
-    sys.exit(failed > 0)
+    finish()
 
 
 main(sys.argv[1])

@@ -10,16 +10,10 @@ import tempfile
 
 import numpy as np
 
+from tap import finish, say
+
 VITRINE = os.environ.get("VITRINE", "build/release/vitrine")
 PITCH, BAR, SIZE = 20.0, 5.0, 288
-count = failed = 0
-
-
-def say(good, text):
-    global count, failed
-    count += 1
-    failed += not good
-    print(f"{'ok' if good else 'not ok'} {count} - {text}", flush=True)
 
 
 def run(*arguments):
@@ -218,8 +212,7 @@ def main():
         check_lattice(folder, preset)
         if len(sys.argv) > 1:
             check_head(folder, sys.argv[1])
-    print(f"1..{count}")
-    sys.exit(failed > 0)
+    finish()
 
 
 main()
