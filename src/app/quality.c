@@ -53,6 +53,11 @@ static bool choose_for(struct app_scene *scene, struct app_drawer *drawer, struc
     bool good = draw(scene, drawer, app, view, &truth);
     for (; good; ++*first) {
         struct vit_frame frame = {0};
+        if (!vit_progress_step(&app->progress, "trying ways to draw", *first, VIT_ARRAY_LENGTH(ways))) {
+            vit_error(&app->log, "--max-error: cancelled");
+            good = false;
+            break;
+        }
         take_way(scene, &ways[*first], slabs);
         good = draw(scene, drawer, app, view, &frame);
         *error = good ? rms_error(&truth, &frame, scene->plan.background) : 0;
