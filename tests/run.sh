@@ -14,6 +14,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1:strict_string_checks=1:allocator_may_return_null=1}"
 export LSAN_OPTIONS="${LSAN_OPTIONS:-suppressions=$here/lsan.supp:print_suppressions=0}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
+# As many programs run as there are cores: a thread that waits must not spin on one.
+export OMP_WAIT_POLICY="${OMP_WAIT_POLICY:-passive}"
 TEST_TIMEOUT=120 TEST_LABEL='' TEST_NOTES=1
 TEST_JOBS=${TEST_JOBS:-$(nproc)}
 work=$(mktemp -d) || exit 1
