@@ -5,8 +5,20 @@
 //   VIT_LIGHT_COLOR   body and shine differ by channel; VIT_LIGHT_SHINE, VIT_LIGHT_WEIGHT, VIT_LIGHT_FACTOR: are there
 uniform vec4 light_scale; // what a texel of 1 stands for: body, shine, factor, weight
 #ifdef VIT_LIGHT_INDEX
+#ifdef VIT_STACKS
+// Bytes, which any GL has; they are never interpolated.
+uniform sampler2D light; // r, g: direction, the lower byte first; b: sure; a: weight or, where there is none, factor
+#if defined(VIT_LIGHT_WEIGHT) && defined(VIT_LIGHT_FACTOR)
+uniform sampler2D light_shine; // r: factor
+#endif
+uniform sampler2D light_table; // body in r, g and shine in b, a, the upper byte first; under colours four tables, one
+uniform float light_rows;      // over the other: body's upper bytes, its lower, shine's upper and lower. 1 / height
+uniform vec2 light_columns;    // as of texels, in texels.glsl; cut into the same bricks, a slice a tile
+uniform vec2 light_from_px;
+#else
 uniform highp usampler3D light; // r: direction; g: sure and, in the upper byte, weight; b: factor
 uniform sampler2D light_table;  // body and shine in r and g; under colours two tables, one over the other
+#endif
 #else
 #ifdef VIT_STACKS
 #define VIT_LIGHT_SAMPLER sampler2D
@@ -29,7 +41,86 @@ struct Light {
     float factor, sure;
 };
 
-#ifdef VIT_LIGHT_INDEX
+#if defined(VIT_LIGHT_INDEX) && defined(VIT_STACKS)
+vec3 light_entry(vec2 place, float upper, float lower)
+{
+    vec3 high = VIT_TEXTURE_2D(light_table, place + vec2(0.0, upper)).rgb;
+    return (high * 256.0 + VIT_TEXTURE_2D(light_table, place + vec2(0.0, lower)).rgb) * (255.0 / 65535.0);
+}
+
+// Of the voxel in the middle of a texel.
+Light light_of(vec2 at)
+{
+    vec2 px = at * light_from_px;
+    vec4 texel = VIT_TEXTURE_2D(light, px);
+    vec2 place = (texel.rg * 255.0 + 0.5) * vec2(1.0 / 256.0, light_rows);
+    Light here = Light(vec3(0.0), vec3(0.0), 1.0, texel.b);
+#ifdef VIT_LIGHT_COLOR
+    here.body = light_entry(place, 0.0, 0.25) * light_scale.x;
+#ifdef VIT_LIGHT_SHINE
+    here.shine = light_entry(place, 0.5, 0.75) * light_scale.y;
+#endif
+#else
+    vec4 both = VIT_TEXTURE_2D(light_table, place);
+    vec2 lit = (both.rb * 256.0 + both.ga) * (255.0 / 65535.0) * light_scale.xy;
+    here.body = vec3(lit.x);
+    here.shine = vec3(lit.y);
+#endif
+#ifdef VIT_LIGHT_WEIGHT
+    float weight = texel.a * light_scale.w;
+    here.body = light_ambient + weight * (here.body - light_ambient);
+    here.shine *= weight;
+#ifdef VIT_LIGHT_FACTOR
+    here.factor = VIT_TEXTURE_2D(light_shine, px).r * light_scale.z;
+#endif
+#elif defined(VIT_LIGHT_FACTOR)
+    here.factor = texel.a * light_scale.z;
+#endif
+    return here;
+}
+
+#ifdef VIT_LIGHT_SMOOTH
+void light_add(inout Light sum, vec2 at, float weight)
+{
+    Light here = light_of(at);
+    sum.factor += weight * here.factor;
+    weight *= here.sure;
+    sum.sure += weight;
+    sum.body += weight * here.body;
+    sum.shine += weight * here.shine;
+}
+
+// The clamp of stack_place keeps the second texel of each pair within the tile, or its share at nothing.
+void light_add_slice(inout Light sum, float slice, vec2 at, float weight)
+{
+    vec2 low = floor(at - 0.5), share = at - 0.5 - low;
+    low += corner_of(slice, light_columns) + 0.5;
+    vec2 near = weight * (1.0 - share.y) * vec2(1.0 - share.x, share.x);
+    vec2 far = weight * share.y * vec2(1.0 - share.x, share.x);
+    light_add(sum, low, near.x);
+    light_add(sum, low + vec2(1.0, 0.0), near.y);
+    light_add(sum, low + vec2(0.0, 1.0), far.x);
+    light_add(sum, low + 1.0, far.y);
+}
+#endif
+
+Light light_at(vec3 position)
+{
+    vec3 at = stack_place(position);
+#ifdef VIT_LIGHT_SMOOTH
+    float slice = min(floor(at.z), max(stack_high.z - 1.0, 0.0));
+    Light sum = Light(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    light_add_slice(sum, slice, at.xy, slice + 1.0 - at.z);
+    light_add_slice(sum, min(slice + 1.0, stack_high.z), at.xy, at.z - slice);
+    bool known = sum.sure > 0.0;
+    sum.body = known ? sum.body / sum.sure : vec3(light_ambient);
+    sum.shine = known ? sum.shine / sum.sure : vec3(0.0);
+    return sum;
+#else
+    return light_of(corner_of(floor(at.z + 0.5), light_columns) + floor(at.xy) + 0.5);
+#endif
+}
+#elif defined(VIT_LIGHT_INDEX)
 Light light_of(ivec3 voxel)
 {
     uvec3 texel = texelFetch(light, voxel, 0).rgb;

@@ -139,14 +139,19 @@ void vit_plan_drop_light(struct vit_plan *plan, uint64_t bytes, const char *why)
     vit_plan_leave_out(plan, bytes, "light", "%s: drawn unlit", why);
 }
 
-/* Looking directions up needs whole numbers in 3D textures; colours are bytes, which any GL has and interpolates. */
-static void light_voxels(struct vit_plan *plan)
+/* On stacks the table of directions is one texture, 256 wide: of grey lights, or four tables of coloured ones. */
+static void fit_directions(struct vit_plan *plan, const struct vit_caps *caps)
 {
     struct vit_plan_light *light = &plan->light;
-    if (light->lookup == VIT_LIGHT_RESHADE)
+    const struct vit_light_model *model = &light->model;
+    size_t corners = model->sphere == VIT_SPHERE_PENTAKIS ? 30 : 10, rows = 1;
+    size_t side = (size_t)caps->max_texture_size, most = vit_lighting_is_grey(&model->lighting) ? side : side / 4;
+    while (rows * 256 < (corners << 2 * model->subdivision) + 3)
+        rows *= 2;
+    if (light->lookup == VIT_LIGHT_RESHADE || (side >= 256 && rows <= most))
         return;
-    vit_plan_leave_out(plan, 0, "shading.lookup", "%s: directions are not looked up on stacks, voxels are lit (%s)",
-                       vit_light_lookup_name(light->lookup), vit_light_lookup_name(VIT_LIGHT_RESHADE));
+    vit_plan_leave_out(plan, 0, "shading.lookup", "%s: a table of 256 x %zu does not fit, voxels are lit (%s)",
+                       vit_light_lookup_name(light->lookup), rows, vit_light_lookup_name(VIT_LIGHT_RESHADE));
     light->lookup = VIT_LIGHT_RESHADE;
     light->in_texels = plan->classify == VIT_CLASSIFY_PRE;
 }
@@ -158,7 +163,7 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
     if (!light->on)
         return;
     if (plan->path == VIT_PATH_STACKS)
-        light_voxels(plan);
+        fit_directions(plan, &request->caps);
     else if (/* not by request->sketch: moving pictures keep the look-up, and the textures, of those at rest */
              request->preset->shading.lookup == VIT_LIGHT_AUTO && request->preset->sampling.sketch > 1 &&
              !light->in_texels) {

@@ -174,7 +174,12 @@ static size_t tiles_that_fit(const struct vit_stack_layout *layout, size_t texel
 /* Bytes of a voxel's light in textures of its own. */
 static size_t light_bytes(const struct vit_plan *plan)
 {
-    return !(plan->features & VIT_FEATURE(LIGHT)) ? 0 : plan->features & VIT_FEATURE(LIGHT_COLOR) ? 8 : 4;
+    const unsigned both = VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_FACTOR);
+    if (!(plan->features & VIT_FEATURE(LIGHT)))
+        return 0;
+    if (plan->features & VIT_FEATURE(LIGHT_INDEX))
+        return (plan->features & both) == both ? 8 : 4;
+    return plan->features & VIT_FEATURE(LIGHT_COLOR) ? 8 : 4;
 }
 
 /* False if this GL's textures are too small for anything. */

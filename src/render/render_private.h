@@ -114,6 +114,21 @@ VIT_NODISCARD bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *li
                                        const struct vit_plan *plan, const struct vit_progress *progress);
 void vit_light3d_clear(struct vit_light3d *light);
 
+/* light2d.c: of stacks, numbers of directions as bytes (shaders/light.glsl), and their table. */
+struct vit_light2d {
+    GLuint table;
+    int rows;
+    uint64_t made_from;
+    uint64_t bytes;
+};
+/* Where what a voxel reflects takes a second texture. */
+bool vit_light2d_has_factors(const struct vit_plan *plan);
+void vit_light2d_index_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out);
+void vit_light2d_factor_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out);
+VIT_NODISCARD bool vit_light2d_prepare(struct vit_gl *gl, struct vit_light2d *light, const struct vit_shade *shade,
+                                       const struct vit_plan *plan, struct vit_staging *staging);
+void vit_light2d_clear(struct vit_light2d *light);
+
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
@@ -135,7 +150,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
     X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
-    X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_scale) X(light_ambient) X(light_gain) \
+    X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
     X(stack_columns) X(stack_tile) X(stack_from_px)
@@ -172,7 +187,8 @@ VIT_NODISCARD bool vit_tiles_send(struct vit_gl *gl, const struct vit_tiles *til
                                   const struct vit_progress *progress);
 
 /* stacks2d.c: slices along an axis as tiles of 2D textures: the volume's texels and, where slabs take light, their
- * light, and its shine under coloured lights. */
+ * light, and its shine under coloured lights; or the numbers of their directions and, where weights take their place,
+ * factors. */
 enum vit_stack_plane { VIT_STACK_TEXELS = 0, VIT_STACK_LIGHT, VIT_STACK_SHINE, VIT_STACK_PLANE_COUNT };
 struct vit_stack {
     GLuint *textures[VIT_STACK_PLANE_COUNT]; /* by brick: (k·bricks[1] + j)·bricks[0] + i; NULL: not there */
@@ -184,6 +200,7 @@ struct vit_stack {
 };
 struct vit_stacks {
     struct vit_stack stack[3]; /* by axis; none that was not asked for */
+    struct vit_light2d directions;
     struct vit_staging staging;
     double hu_origin, hu_per_value;
 };

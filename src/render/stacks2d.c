@@ -21,13 +21,19 @@ static GLenum internal_format(enum vit_texel texel)
     }
 }
 
+static bool has_index(const struct vit_plan *plan)
+{
+    return plan->features & VIT_FEATURE(LIGHT_INDEX);
+}
+
 /* Planes that a picture by this plan draws from. */
 static bool has_plane(const struct vit_plan *plan, int plane)
 {
     if (plane == VIT_STACK_TEXELS)
         return true;
-    return plan->features & VIT_FEATURE(LIGHT) &&
-           (plane == VIT_STACK_LIGHT || plan->features & VIT_FEATURE(LIGHT_COLOR));
+    if (!(plan->features & VIT_FEATURE(LIGHT)) || plane == VIT_STACK_LIGHT)
+        return plan->features & VIT_FEATURE(LIGHT);
+    return has_index(plan) ? vit_light2d_has_factors(plan) : plan->features & VIT_FEATURE(LIGHT_COLOR);
 }
 
 static const struct vit_stack_grid *grid_of(const struct vit_stack_layout *layout, int plane)
@@ -117,12 +123,12 @@ static bool allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vi
     return true;
 }
 
-/* Bytes are put together before they are interpolated; light is not. */
+/* Bytes are put together, and directions looked up, before they are interpolated; light is not. */
 static void set_filter(const struct vit_stack *stack, const struct vit_plan *plan)
 {
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
-        bool nearest =
-            plan->filter == VIT_FILTER_NEAREST || (plane == VIT_STACK_TEXELS && plan->texel == VIT_TEXEL_R8R8);
+        bool nearest = plan->filter == VIT_FILTER_NEAREST ||
+                       (plane == VIT_STACK_TEXELS ? plan->texel == VIT_TEXEL_R8R8 : has_index(plan));
         for (size_t i = 0; i < stack->count && stack->textures[plane]; i++) {
             glBindTexture(GL_TEXTURE_2D, stack->textures[plane][i]);
             vit_texture_filter(GL_TEXTURE_2D, !nearest);
@@ -165,6 +171,16 @@ static void shine_line(const void *user, const struct vit_texels_line *line, uns
     vit_shade_shine_line(source->shade, line, out);
 }
 
+static void index_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
+{
+    vit_light2d_index_line(((const struct source *)user)->shade, line, out);
+}
+
+static void factor_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
+{
+    vit_light2d_factor_line(((const struct source *)user)->shade, line, out);
+}
+
 static bool fill_texels(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
                         const struct source *source, bool only_light, const struct vit_progress *progress)
 {
@@ -197,10 +213,10 @@ static bool fill_light(struct vit_gl *gl, struct vit_stacks *stacks, const struc
                               .type = GL_UNSIGNED_BYTE,
                               .wanted = source->shade->wanted,
                               .staging = &stacks->staging,
-                              .line = light_line,
+                              .line = has_index(source->plan) ? index_line : light_line,
                               .user = source};
     bool good = vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_LIGHT], progress);
-    tiles.line = shine_line;
+    tiles.line = has_index(source->plan) ? factor_line : shine_line;
     return good && (!stack->textures[VIT_STACK_SHINE] ||
                     vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_SHINE], progress));
 }
@@ -236,7 +252,7 @@ static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack 
                  const struct vit_progress *progress)
 {
     const struct vit_plan *plan = source->plan;
-    uint64_t lit_from = plan->light.on ? source->shade->table_from : 0;
+    uint64_t lit_from = !plan->light.on ? 0 : has_index(plan) ? source->shade->surface_from : source->shade->table_from;
     bool in_texels = plan->light.in_texels, apart = stack->textures[VIT_STACK_LIGHT];
     bool same = stack->made_from == made_from, same_light = stack->lit_from == lit_from;
     bool good = true;
@@ -265,6 +281,10 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
                                   vit_volume_get_info(volume)->sample};
     bool good = true;
     make_room(stacks, plan, made_from);
+    if (!has_index(plan))
+        vit_light2d_clear(&stacks->directions);
+    else if (!vit_light2d_prepare(gl, &stacks->directions, shade, plan, &stacks->staging))
+        return false;
     for (int i = 0; i < plan->stack_count && good; i++) {
         struct vit_stack *stack = &stacks->stack[plan->stacks[i].axis];
         good = allocate(gl, stack, plan, &plan->stacks[i].layout);
@@ -279,7 +299,7 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
 
 uint64_t vit_stacks_bytes(const struct vit_stacks *stacks)
 {
-    uint64_t bytes = 0;
+    uint64_t bytes = stacks->directions.bytes;
     for (int axis = 0; axis < 3; axis++)
         bytes += stack_bytes(&stacks->stack[axis]);
     return bytes;
@@ -289,6 +309,7 @@ void vit_stacks_clear(struct vit_stacks *stacks)
 {
     for (int axis = 0; axis < 3; axis++)
         stack_clear(&stacks->stack[axis]);
+    vit_light2d_clear(&stacks->directions);
     vit_free(stacks->staging.bytes);
     stacks->staging = (struct vit_staging){0};
 }
@@ -366,6 +387,12 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
             glActiveTexture(units[plane]);
             glBindTexture(GL_TEXTURE_2D, textures->textures[plane][part->texture]);
         }
+    if (has_index(plan)) {
+        glActiveTexture(GL_TEXTURE5);
+        glBindTexture(GL_TEXTURE_2D, stacks->directions.table);
+        glUniform1i(program->light_table, 5);
+        glUniform1f(program->light_rows, 1.0f / (GLfloat)stacks->directions.rows);
+    }
     vit_mesh_brick_faces(&part->brick, plan->n, low, high);
     vit_uniform_vec3(program->brick_low, (struct vit_vec3){low[0], low[1], low[2]});
     vit_uniform_vec3(program->brick_high, (struct vit_vec3){high[0], high[1], high[2]});

@@ -143,8 +143,9 @@ static void stacks_are_lit(void **state)
                 struct vit_caps caps = *vit_gl_caps(f->gl);
                 for (size_t n = 0; n < VIT_ARRAY_LENGTH(none) && bare; n++)
                     assert_true(vit_caps_limit(&caps, none[n], &f->log));
-                struct outcome out = light_on_stacks(f, light_scenes[i], (enum vit_classify)classify,
-                                                     views[(i + (size_t)classify) % 3], &caps);
+                struct outcome out =
+                    light_on_stacks(f, light_scenes[i], (enum vit_classify)classify, views[(i + (size_t)classify) % 3],
+                                    i % 4 == (size_t)bare ? VIT_LIGHT_SMOOTH : VIT_LIGHT_RESHADE, &caps);
                 int kind = bare && classify == VIT_CLASSIFY_PRE ? 2 : bare;
                 worst[kind].max = fmax(worst[kind].max, out.max);
                 worst[kind].rms = fmax(worst[kind].rms, out.rms);
@@ -158,13 +159,19 @@ static void stacks_are_lit(void **state)
     }
 }
 
+static void every_way_to_light_compiles(void **state)
+{
+    struct fixture *f = on_es2(state);
+    assert_true(fixture_load(f, "step"));
+    print_message("# ES 2: %d ways to light\n", light_variants(f, vit_gl_caps(f->gl)));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(entry_points_of_es3_are_refused),
-        cmocka_unit_test(the_language_of_es3_is_refused),
-        cmocka_unit_test(every_variant_draws_the_block),
-        cmocka_unit_test(stacks_are_lit),
+        cmocka_unit_test(entry_points_of_es3_are_refused), cmocka_unit_test(the_language_of_es3_is_refused),
+        cmocka_unit_test(every_variant_draws_the_block),   cmocka_unit_test(stacks_are_lit),
+        cmocka_unit_test(every_way_to_light_compiles),
     };
     return cmocka_run_group_tests_name("es2", tests, setup, fixture_teardown);
 }

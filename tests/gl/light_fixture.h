@@ -68,25 +68,43 @@ static inline struct vit_frame ideal(struct fixture *f, const struct vit_plan *p
 
 /* A view along an axis by stacks, against ideal slabs of the same place, lit by the same directions. */
 static inline struct outcome light_on_stacks(struct fixture *f, int what, enum vit_classify classify, const char *view,
-                                             const struct vit_caps *caps)
+                                             enum vit_light_lookup lookup, const struct vit_caps *caps)
 {
     light_scene(f, what);
     f->preset.sampling.classify = classify;
     f->preset.sampling.line = VIT_LINE_CHORD;
-    f->preset.shading.lookup = VIT_LIGHT_RESHADE;
+    f->preset.shading.lookup = lookup;
     struct vit_plan plan = fixture_plan(f, view, VIT_PROJECTION_ORTHO, 2, caps);
     assert_int_equal(plan.path, VIT_PATH_STACKS);
-    assert_true(plan.light.on && plan.stacks[0].offset_mm == 0);
+    assert_true(plan.light.on && plan.light.lookup == lookup && plan.stacks[0].offset_mm == 0);
     struct vit_frame got = fixture_draw(f, &plan), want = ideal(f, &plan, true);
     for (size_t i = 0; i < (size_t)want.width_px * (size_t)want.height_px * 4 && plan.target == VIT_TARGET_RGBA8; i++)
         want.rgba[i] = fminf(want.rgba[i], 1); /* of light beyond 1 such a picture has 1 */
     struct outcome out = difference(&got, &want);
-    print_message("# stacks %s, %s %s%s%s%s%s: max %.2e rms %.2e\n", view, vit_texel_name(plan.texel),
-                  vit_classify_name(classify), what & BOUNDED ? " boundaries" : "", what & COLORED ? " colours" : "",
-                  what & DULL ? " dull" : "", what & GRADED ? " gradient" : "", out.max, out.rms);
+    print_message("# stacks %s, %s %s %s%s%s%s%s: max %.2e rms %.2e\n", view, vit_texel_name(plan.texel),
+                  vit_classify_name(classify), vit_light_lookup_name(lookup), what & BOUNDED ? " boundaries" : "",
+                  what & COLORED ? " colours" : "", what & DULL ? " dull" : "", what & GRADED ? " gradient" : "",
+                  out.max, out.rms);
     vit_frame_clear(&got);
     vit_frame_clear(&want);
     return out;
+}
+
+/* Every way to light that a plan can ask for compiles (STYLE.md 9). How many there are. */
+static inline int light_variants(struct fixture *f, const struct vit_caps *caps)
+{
+    int count = 0;
+    for (int what = GREY; what < 2 * GRADED; what++)
+        for (int lookup = VIT_LIGHT_RESHADE; lookup < VIT_LIGHT_COUNT; lookup++, count++) {
+            light_scene(f, what);
+            f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+            f->preset.shading.lookup = (enum vit_light_lookup)lookup;
+            f->preset.shading.subdivision = 1;
+            struct vit_plan plan = fixture_plan(f, "30,20", VIT_PROJECTION_ORTHO, 1, caps);
+            assert_true(plan.light.on && plan.light.lookup == f->preset.shading.lookup);
+            assert_true(vit_renderer_prepare(f->renderer, &plan, NULL));
+        }
+    return count;
 }
 
 #endif

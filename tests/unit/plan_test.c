@@ -571,6 +571,38 @@ static void light_is_what_the_preset_asks_for(void **state)
     scene->preset = before;
 }
 
+/* 7683 entries are 32 rows of 256, coloured ones four times that. */
+static void directions_are_looked_up_on_stacks_where_their_table_fits(void **state)
+{
+    static const struct {
+        int side;
+        bool grey, fits;
+    } cases[] = {{256, true, true}, {128, true, false}, {256, false, true}};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    use_light(scene);
+    scene->preset.shading.lookup = VIT_LIGHT_SMOOTH;
+    request.caps.max_3d_texture_size = 0;
+    request.view.width_px = request.view.height_px = 64;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        request.caps.max_texture_size = cases[i].side;
+        scene->preset.shading.lights[0].color[1] = cases[i].grey ? 1 : 0.5;
+        struct vit_plan plan = make(scene, &request);
+        const unsigned index = VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_SMOOTH);
+        assert_true(plan.path == VIT_PATH_STACKS && plan.light.on);
+        assert_true((plan.light.lookup == VIT_LIGHT_SMOOTH) == cases[i].fits);
+        assert_true((plan.features & index) == (cases[i].fits ? index : 0));
+        assert_true(leaves_out(&plan, "shading.lookup") != cases[i].fits);
+    }
+    request.caps.max_texture_size = 256;
+    scene->preset.shading.subdivision = 6; /* 40963 entries: 256 rows */
+    scene->preset.shading.sphere = VIT_SPHERE_ICOSAHEDRON;
+    scene->preset.shading.lights[0].color[1] = 1;
+    assert_true(make(scene, &request).light.lookup == VIT_LIGHT_SMOOTH);
+    scene->preset = before;
+}
+
 /* While the view moves the last light may stay, if the preset allows. */
 static void light_may_wait_for_rest(void **state)
 {
@@ -653,6 +685,7 @@ int main(void)
         cmocka_unit_test(unbuilt_keys_are_listed),
         cmocka_unit_test(sketches_are_what_the_preset_asks_for),
         cmocka_unit_test(light_is_what_the_preset_asks_for),
+        cmocka_unit_test(directions_are_looked_up_on_stacks_where_their_table_fits),
         cmocka_unit_test(light_may_wait_for_rest),
         cmocka_unit_test(one_view_forgets_directions),
         cmocka_unit_test(light_counts_as_texture_memory),
