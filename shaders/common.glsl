@@ -28,9 +28,21 @@ vec4 table_at(vec2 place)
 #endif
 }
 #else
+#ifdef VIT_FLAT_COLOR
+uniform vec3 flat_color;
+#endif
+
 vec4 table_at(vec2 place)
 {
+#if defined(VIT_FLAT_COLOR)
+    float opacity = VIT_TEXTURE_2D(table, place).r;
+    return vec4(flat_color * opacity, opacity);
+#elif defined(VIT_MONO)
+    vec2 light = VIT_TEXTURE_2D(table, place).rg;
+    return vec4(light.rrr, light.g);
+#else
     return VIT_TEXTURE_2D(table, place);
+#endif
 }
 #endif
 

@@ -24,8 +24,9 @@ const struct vit_log *vit_gl_log(const struct vit_gl *gl);
 unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines);
 
 /* A 2D texture of RGBA texels, bound, unfiltered, clamped to its edge. internal_format: GL_RGBA8, GL_RGBA16F,
- * GL_RGBA32F or GL_RGBA16_EXT, as far as the capabilities have them; on ES 2 its unsized equivalent is used. False:
- * logged with `where`. Pixels are sent as GL_RGBA and vit_gl_pixel_type. */
+ * GL_RGBA32F or GL_RGBA16_EXT, as far as the capabilities have them; on ES 2 its unsized equivalent is used. ES 3 also:
+ * floats and half floats of one or two channels. False: logged with `where`. Pixels are sent as GL_RGBA (GL_RED, GL_RG)
+ * and vit_gl_pixel_type. */
 VIT_NODISCARD bool vit_gl_texture_create(struct vit_gl *gl, unsigned *texture, unsigned internal_format, int width,
                                          int height, const char *where);
 /* Where GL lacks textures of any size (OES_texture_npot), the next power of two; else the size itself. */

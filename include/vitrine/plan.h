@@ -30,7 +30,9 @@
     X(STACKS, "texels come from stacks of 2D textures")                                                                \
     X(BYTES, "of stacks: HU in two 8-bit channels, put together and interpolated in the shader")                       \
     X(NEAREST, "of stacks: the nearest slice instead of two blended")                                                  \
-    X(TABLE_BYTES, "the look-up table in two 8-bit channels each, put together and interpolated in the shader")
+    X(TABLE_BYTES, "the look-up table in two 8-bit channels each, put together and interpolated in the shader")        \
+    X(FLAT_COLOR, "the look-up table holds opacity alone: all that shows has one colour")                              \
+    X(MONO, "the look-up table holds brightness and opacity")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)
@@ -62,7 +64,8 @@ size_t vit_target_bytes(enum vit_target target);
 struct vit_left_out {
     char what[48];
     char why[160];
-    uint64_t bytes_saved; /* 0 where unknown or none */
+    uint64_t bytes_saved;   /* 0 where unknown or none */
+    double fragments_saved; /* pixels × slabs, of a picture that holds the whole box; 0 where unknown or none */
 };
 #define VIT_LEFT_OUT_MAX 32
 
@@ -161,17 +164,23 @@ struct vit_plan {
     uint64_t texture_limit; /* stacks that this picture does not need go before more than this is used; 0: none */
     enum vit_texel texel;
     bool texel_dither; /* classified 8-bit texels: rounding is spread over the voxels */
+    /* Scalar texels: value in the shader = (raw - raw_origin)·value_per_raw, HU = hu_origin + hu_per_value·value. Whole
+     * steps where they fit, so that every raw value is stored exactly. */
+    double raw_origin, value_per_raw, hu_origin, hu_per_value;
     /* the look-up table, where there is one (axis.entries > 0): slabs of thickness table_mm, over HU (one row) or
      * pairs of HU (as many rows as entries), float or half-float texels */
     struct vit_hu_axis axis;
     int table_rows;
     double table_mm;
     bool table_float;
-    bool table_split; /* neither: 16 bits in two channels of 8 */
+    bool table_split;     /* neither: 16 bits in two channels of 8 */
+    int table_channels;   /* 4; 2: brightness and opacity; 1: opacity, of flat_color */
+    double flat_color[3]; /* where table_channels is 1 */
     uint64_t table_bytes;
     double empty_share; /* of all bricks; 0 where nobody counted */
     /* SKIP_EMPTY: a texture that says of each brick how far it is to anything to see, of vit_plan_empty_ahead */
     size_t occupancy_n[3];
+    enum vit_texel occupancy_texel; /* R8 or R32F; on stacks RGBA8 */
     int ahead[3]; /* whether texture coordinates grow (1), fall (-1) or do either (0) along rays from the eye */
     uint64_t occupancy_bytes;
     struct vit_plan_light light;
@@ -187,6 +196,9 @@ struct vit_plan {
     int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 4096] */
     uint64_t texture_bytes; /* of the volume's textures */
     uint64_t target_bytes;
+    uint64_t digest; /* of all that pixels depend on but the volume's samples; 0 by the reference */
+    bool still;      /* the picture is there already: nothing is uploaded or drawn */
+    bool overlay;    /* a pass for what stands over the picture, of which there is nothing yet */
 
     struct vit_left_out left_out[VIT_LEFT_OUT_MAX];
     int left_out_count;
@@ -203,6 +215,7 @@ struct vit_plan_request {
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
     bool one_view;               /* no other picture follows (snapshot) */
+    uint64_t shown;              /* digest of the plan that was drawn last, by the same renderer; 0: none */
     int sketch;                  /* instead of the preset's, with flat; 0: the preset's */
     double flat;
     bool moving; /* more frames follow at once: a cheaper light will do, if the preset allows */
@@ -245,6 +258,9 @@ enum vit_path vit_plan_auto_path(const struct vit_caps *caps);
 
 /* The look-up table of post and slab classification: rgba[(row·axis.entries + entry)·4 + channel], table_rows rows. */
 void vit_plan_table_fill(const struct vit_plan *plan, float *rgba);
+/* What colours are needed for what a volume of these statistics shows: 1, all of it has `color` (luminance only); 2,
+ * all of it is grey; 4. `color` is set in any case. */
+int vit_plan_colors(const struct vit_transfer *transfer, const struct vit_volume_stats *stats, double color[3]);
 
 /* Rules that --keep can switch off; name NULL ends. */
 struct vit_plan_rule {

@@ -12,12 +12,13 @@ struct vit_render_stats {
     uint64_t texture_bytes, texture_bytes_peak; /* now; and the most after any call of prepare */
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */
     int slices;         /* slabs drawn */
+    uint64_t shown;     /* digest of the plan whose picture is there; 0: none */
 };
 
 /* A renderer keeps the volume's textures and programs as long as plans ask for the same. NULL: logged (exit 4). */
 struct vit_renderer;
 struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_volume *volume);
-/* Uploads what the plan needs and is not there yet. Progress for long uploads. */
+/* Uploads what the plan needs and is not there yet; nothing where the plan is still. Progress for long uploads. */
 VIT_NODISCARD bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                                         const struct vit_progress *progress);
 /* Draws one frame of a prepared plan into the renderer's own target. */

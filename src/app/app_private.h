@@ -68,6 +68,7 @@ struct app_scene {
     unsigned failed_paths; /* bits 1 << path: auto does not take them again */
     bool one_view;         /* no other picture follows */
     bool moving;           /* more frames follow at once */
+    uint64_t shown;        /* vit_render_stats.shown */
     int sketch;            /* of a moving picture, with flat; 0: the preset's */
     double flat;
     double gl_ms, load_ms; /* context; input */

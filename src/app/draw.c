@@ -34,12 +34,14 @@ bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct 
 {
     if (!drawer->renderer)
         return draw_reference(drawer, scene, app);
+    scene->shown = 0;
     bool prepared =
         vit_renderer_prepare(drawer->renderer, &scene->plan, &app->progress) ||
         (app_scene_fall_back(scene, app) && vit_renderer_prepare(drawer->renderer, &scene->plan, &app->progress));
     if (!prepared || !vit_renderer_draw(drawer->renderer, &scene->plan))
         return false;
     drawer->stats = vit_renderer_stats(drawer->renderer);
+    scene->shown = drawer->stats.shown;
     return true;
 }
 

@@ -35,8 +35,9 @@ json_t *app_json_left_out(const struct vit_plan *plan)
     json_t *list = json_array();
     for (int i = 0; i < plan->left_out_count; i++) {
         const struct vit_left_out *left = &plan->left_out[i];
-        json_array_append_new(list, json_pack("{s:s, s:s, s:I}", "what", left->what, "why", left->why, "bytes_saved",
-                                              (json_int_t)left->bytes_saved));
+        json_array_append_new(list, json_pack("{s:s, s:s, s:I, s:o}", "what", left->what, "why", left->why,
+                                              "bytes_saved", (json_int_t)left->bytes_saved, "fragments_saved",
+                                              app_json_number(left->fragments_saved)));
     }
     return list;
 }

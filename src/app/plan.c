@@ -63,6 +63,8 @@ static void print_left_out(const struct vit_plan *plan)
         printf("  %s: %s", left->what, left->why);
         if (left->bytes_saved)
             printf(" (%.1f MiB saved)", (double)left->bytes_saved / 1048576.0);
+        if (left->fragments_saved > 0)
+            printf(" (%.3g fragments saved)", left->fragments_saved);
         putchar('\n');
     }
 }

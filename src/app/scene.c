@@ -68,6 +68,7 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .sketch = scene->sketch,
         .flat = scene->flat,
         .moving = scene->moving,
+        .shown = scene->shown,
     };
     scene->view = *view;
     switch (vit_plan_make(&scene->plan, &request, &app->log)) {

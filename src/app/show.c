@@ -80,6 +80,7 @@ static bool present(struct show *show)
 static bool prepare(struct show *show, const struct vit_view *at, int shrink)
 {
     struct vit_view view = app_pace_view(&show->scene, at, shrink);
+    show->scene.shown = 0;
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;

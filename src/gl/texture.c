@@ -9,8 +9,12 @@ unsigned vit_gl_pixel_type(const struct vit_gl *gl, unsigned internal_format)
 {
     switch (internal_format) {
     case GL_RGBA32F:
+    case GL_RG32F:
+    case GL_R32F:
         return GL_FLOAT;
     case GL_RGBA16F:
+    case GL_RG16F:
+    case GL_R16F:
         return gl->caps.gles_major >= 3 ? GL_HALF_FLOAT : GL_HALF_FLOAT_OES;
     case GL_RGBA16_EXT:
         return GL_UNSIGNED_SHORT;

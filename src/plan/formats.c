@@ -39,6 +39,24 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request 
     }
 }
 
+void vit_plan_scale_texels(struct vit_plan *plan, const struct vit_volume *volume)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(volume);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    if (plan->texel == VIT_TEXEL_R16F || plan->texel == VIT_TEXEL_R32F) {
+        /* Half floats hold whole numbers up to 2048 either side of the middle. */
+        plan->raw_origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
+        plan->value_per_raw = 1;
+    } else {
+        double full = plan->texel == VIT_TEXEL_R8 ? 255 : 65535;
+        double range = fmax(1, (double)stats->raw_max - stats->raw_min);
+        plan->raw_origin = stats->raw_min;
+        plan->value_per_raw = range <= full ? floor(full / range) / full : 1 / range;
+    }
+    plan->hu_origin = info->slope * plan->raw_origin + info->intercept;
+    plan->hu_per_value = info->slope / plan->value_per_raw;
+}
+
 /* An entry of the pre-integrated table crosses a share of all control points: many of them make it coarser, so that a
  * transfer function with thousands does not hold the picture up for minutes. */
 static int slab_entries(struct vit_plan *plan)

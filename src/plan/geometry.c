@@ -42,9 +42,9 @@ void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT])
         vit_plan_leave_out(plan, 0, "everything", "clip_mm trims the whole volume away");
 }
 
-enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log)
+enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, const struct vit_log *log)
 {
-    plan->slab_mm = slab_mm;
+    const double slab_mm = plan->slab_mm;
     double far_mm = INFINITY, near_mm = -INFINITY;
     for (int i = 0; i < 8; i++) {
         struct vit_vec3 tex = {i & 1 ? plan->clip_high[0] : plan->clip_low[0],

@@ -93,6 +93,17 @@ static void drop_light_beyond(struct vit_plan *plan, const struct vit_caps *caps
     vit_plan_drop_light(plan, plan->light.bytes, why);
 }
 
+/* Nothing of this program stands over a picture: no banner, no labels. */
+static void leave_overlay_out(struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    size_t pixels = (size_t)plan->camera.width_px * (size_t)plan->camera.height_px;
+    plan->overlay = vit_plan_keeps(request, VIT_RULE_OVERLAY);
+    if (plan->overlay)
+        return;
+    vit_plan_leave_out(plan, pixels * vit_target_bytes(plan->target), "overlay pass", "no banner, no labels");
+    plan->left_out[plan->left_out_count - 1].fragments_saved = (double)pixels;
+}
+
 /* Everything that follows from the path. */
 static bool take_path(struct vit_plan *plan, const struct vit_plan_request *request, enum vit_path path,
                       const struct vit_log *log)
@@ -111,12 +122,18 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
         return false;
     vit_plan_fit_lines(plan, request->preset);
     vit_plan_choose_table(plan, request->volume, caps);
+    vit_plan_choose_colors(plan, request);
     vit_plan_choose_target(plan, caps);
+    vit_plan_scale_texels(plan, request->volume);
     /* WVW94 2.1.1: in 8 bits every slab rounds, and in homogeneous matter all round the same way. */
     plan->texel_dither = plan->texel == VIT_TEXEL_RGBA8 && !vit_plan_keeps(request, VIT_RULE_DITHER);
     vit_plan_passes(plan, request);
     vit_plan_choose_sketch(plan, request);
-    return stacks || fits_texture(plan, caps, log);
+    leave_overlay_out(plan, request);
+    if (!stacks && !fits_texture(plan, caps, log))
+        return false;
+    vit_plan_keep_still(plan, request);
+    return true;
 }
 
 struct reason {

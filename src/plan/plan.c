@@ -41,7 +41,12 @@ const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/65536"},
     {VIT_RULE_CROSS_FADE, "near a change of stacks both are drawn and blended, so that nothing pops"},
     {VIT_RULE_WIDE_TEXELS, "CPU rasterisers get HU in 32 bits: they fetch them in a third of the instructions"},
+    {VIT_RULE_ONE_STACK, "a snapshot takes one stack, where moving pictures fade from one to the next"},
+    {VIT_RULE_STILL, "a picture that is there already is not drawn again"},
+    {VIT_RULE_OVERLAY, "where nothing stands over the picture there is no pass for it"},
     {VIT_RULE_ONE_VIEW, "a snapshot keeps nothing that only lights other views while the volume is uploaded"},
+    {VIT_RULE_FLAT_COLOR, "where all that shows has one colour the look-up table holds opacity alone"},
+    {VIT_RULE_MONO, "where all that shows is grey the look-up table holds brightness and opacity"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };
@@ -65,6 +70,13 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
     vsnprintf(entry->why, sizeof entry->why, why, arguments);
     va_end(arguments);
     entry->bytes_saved = bytes_saved;
+    entry->fragments_saved = 0;
+}
+
+double vit_plan_fragments(const struct vit_plan *plan, double share)
+{
+    double pixel = plan->camera.pixel_mm, mm3 = fabs(vit_mat4_det3(plan->mm_from_tex)) * share;
+    return plan->slab_mm > 0 ? mm3 / (pixel * pixel * plan->slab_mm) : 0;
 }
 
 static bool check_rules(const struct vit_plan_request *request, const struct vit_log *log)
@@ -134,9 +146,9 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
     /* A ray's extremes and mean are of HU, sampled at the slabs' faces. */
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         plan->classify = VIT_CLASSIFY_SLAB;
+    plan->slab_mm = vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel;
     vit_plan_clip(plan, preset->clip_mm);
     vit_plan_empty_border(plan, request);
-    enum vit_plan_result result =
-        vit_plan_slabs(plan, vit_volume_spacing_min_mm(info) / preset->sampling.slices_per_voxel, log);
+    enum vit_plan_result result = vit_plan_slabs(plan, log);
     return result == VIT_PLAN_DONE ? vit_plan_choose_path(plan, request, log) : result;
 }

@@ -11,6 +11,11 @@
 #define VIT_RULE_WIDE_TEXELS  "wide-texels"
 #define VIT_RULE_DITHER       "dither"
 #define VIT_RULE_CROSS_FADE   "cross-fade"
+#define VIT_RULE_FLAT_COLOR   "flat-color"
+#define VIT_RULE_MONO         "mono"
+#define VIT_RULE_ONE_STACK    "one-stack"
+#define VIT_RULE_STILL        "still"
+#define VIT_RULE_OVERLAY      "overlay"
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
 /* What comes through so little is left out: RMS 6e-6 of full scale against ideal slabs, a twentieth of what 8 slabs per
@@ -25,12 +30,14 @@
 #define VIT_PLAN_ENTRIES_MIN      32 /* of vit_hu_axis_make */
 
 bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
+/* Pixels × slabs of a part of the volume, of this share of its box: those of a picture that holds all of it. */
+double vit_plan_fragments(const struct vit_plan *plan, double share);
 void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)
     VIT_PRINTF(4, 5);
 
 /* geometry.c */
 void vit_plan_clip(struct vit_plan *plan, const double clip_mm[VIT_FACE_COUNT]);
-VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, double slab_mm, const struct vit_log *log);
+VIT_NODISCARD enum vit_plan_result vit_plan_slabs(struct vit_plan *plan, const struct vit_log *log);
 
 /* Whether HU across a slab follows a fitted line. */
 void vit_plan_fit_lines(struct vit_plan *plan, const struct vit_preset *preset);
@@ -49,6 +56,12 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request 
 void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps);
 void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);
 
+/* Where HU lie in scalar texels. */
+void vit_plan_scale_texels(struct vit_plan *plan, const struct vit_volume *volume);
+
+/* colors.c: channels of the look-up table that is chosen already. */
+void vit_plan_choose_colors(struct vit_plan *plan, const struct vit_plan_request *request);
+
 /* light.c */
 void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *request);
 /* Draws unlit after all; `why`: begins what is said of it. */
@@ -58,6 +71,11 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
 
 /* sketch.c: whether the picture is sketched first. */
 void vit_plan_choose_sketch(struct vit_plan *plan, const struct vit_plan_request *request);
+
+/* still.c */
+uint64_t vit_plan_digest(const struct vit_plan *plan);
+/* Whether the picture is there already; of a plan that is complete. */
+void vit_plan_keep_still(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* path.c */
 VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,

@@ -267,6 +267,10 @@ static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *reque
     uint64_t limit = plan->texture_limit, bytes = bytes_of(&plan->stacks[0]);
     if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
         plan->stack_count = 1;
+    bool one = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_STACK);
+    for (; one && plan->stack_count > 1; plan->stack_count--)
+        vit_plan_leave_out(plan, bytes_of(&plan->stacks[plan->stack_count - 1]), "another stack",
+                           "one view only: there is no change of stacks to fade over");
     for (int i = 1; i < plan->stack_count; i++) {
         bytes += bytes_of(&plan->stacks[i]);
         if (limit == 0 || bytes <= limit)

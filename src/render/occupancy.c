@@ -3,8 +3,7 @@
 
 #include "render_private.h"
 
-/* 32 bits a cell: llvmpipe fetches those of eight pixels at a time, bytes one by one. */
-static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3])
+static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const struct vit_plan *plan)
 {
     if (!vit_fault())
         glGenTextures(1, &occupancy->texture);
@@ -13,12 +12,11 @@ static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const si
         return false;
     }
     glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-    vit_gl_es3_storage_3d(gl, GL_R32F, n);
+    vit_gl_es3_storage_3d(gl, vit_texel_formats[plan->occupancy_texel].internal_format, plan->occupancy_n);
     vit_texture_filter(GL_TEXTURE_3D, false);
     return vit_gl_check(gl, "empty-space texture");
 }
 
-/* Four bytes a cell: formats of one channel are ES 3's or deprecated. */
 static bool make_2d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3])
 {
     occupancy->width = vit_gl_texture_side(gl, (int)n[0]);
@@ -33,7 +31,9 @@ static bool send(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
     static const size_t origin[3] = {0, 0, 0};
     const size_t *n = plan->occupancy_n, count = n[0] * n[1] * n[2];
     uint8_t *base = occupancy->cells, *cells = base + count, *work = cells + count;
+    const struct vit_texel_format *format = &vit_texel_formats[plan->occupancy_texel];
     vit_plan_empty_ahead(plan, base, cells, work);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     if (plan->path == VIT_PATH_STACKS) {
         uint8_t *rgba = occupancy->texels;
         for (size_t i = 0; i < count; i++)
@@ -42,10 +42,11 @@ static bool send(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)n[0], (GLsizei)(n[1] * n[2]), GL_RGBA, GL_UNSIGNED_BYTE, rgba);
     } else {
         float *reach = occupancy->texels;
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count && format->type == GL_FLOAT; i++)
             reach[i] = (float)cells[i] / 255;
         glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-        vit_gl_es3_pixels_3d(gl, origin, n, GL_RED, GL_FLOAT, reach);
+        vit_gl_es3_pixels_3d(gl, origin, n, format->layout, format->type,
+                             format->type == GL_FLOAT ? (const void *)reach : cells);
     }
     memcpy(occupancy->ahead, plan->ahead, sizeof occupancy->ahead);
     return vit_gl_check(gl, "empty-space texture");
@@ -62,7 +63,7 @@ static bool make(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
         return false;
     }
     vit_plan_occupancy(plan, volume, occupancy->cells);
-    bool made = plan->path == VIT_PATH_STACKS ? make_2d(gl, occupancy, n) : make_3d(gl, occupancy, n);
+    bool made = plan->path == VIT_PATH_STACKS ? make_2d(gl, occupancy, n) : make_3d(gl, occupancy, plan);
     return made && send(gl, occupancy, plan);
 }
 
@@ -73,6 +74,7 @@ bool vit_occupancy_prepare(struct vit_gl *gl, struct vit_occupancy *occupancy, c
         return true;
     bool flat = plan->path == VIT_PATH_STACKS;
     uint64_t hash = vit_hash_bytes(vit_hash_transfer(VIT_HASH_START, plan->transfer), &flat, sizeof flat);
+    hash = vit_hash_bytes(hash, &plan->occupancy_texel, sizeof plan->occupancy_texel);
     if (occupancy->texture && occupancy->made_from == hash)
         return memcmp(occupancy->ahead, plan->ahead, sizeof plan->ahead) == 0 || send(gl, occupancy, plan);
     vit_occupancy_clear(occupancy);

@@ -24,8 +24,7 @@ struct vit_texels {
     int raw_min; /* of entry 0 */
     size_t entry_bytes;
     unsigned char *entries;
-    double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
-    float (*classified)[4];         /* for vit_texels_lit_row: what the entries are rounded from; NULL: unlit */
+    float (*classified)[4]; /* for vit_texels_lit_row: what the entries are rounded from; NULL: unlit */
 };
 VIT_NODISCARD bool vit_texels_make(struct vit_texels *texels, const struct vit_volume *volume,
                                    const struct vit_plan *plan); /* false: out of memory */
@@ -136,7 +135,6 @@ struct vit_texture3d {
     size_t n[3];
     uint64_t made_from, lit_from;
     uint64_t bytes;
-    double hu_origin, hu_per_value; /* scalar texels: HU = hu_origin + hu_per_value · value in the shader */
 };
 /* shade: of the same plan; used where texels are lit beforehand. */
 VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,
@@ -147,7 +145,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 /* A linked program with its uniforms: of shaders/slabs.* and shaders/reduce.*; X(name). */
 /* clang-format off */
 #define VIT_UNIFORMS(X) \
-    X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) \
+    X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(flat_color) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
@@ -202,7 +200,6 @@ struct vit_stacks {
     struct vit_stack stack[3]; /* by axis; none that was not asked for */
     struct vit_light2d directions;
     struct vit_staging staging;
-    double hu_origin, hu_per_value;
 };
 /* shade: of the same plan; used where it is lit. */
 VIT_NODISCARD bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,

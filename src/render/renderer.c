@@ -173,16 +173,24 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
     return good;
 }
 
+static bool is_shown(const struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    return plan->still && plan->digest == renderer->stats.shown;
+}
+
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
     uint64_t start = vit_clock_ns();
+    if (is_shown(renderer, plan))
+        return true;
+    renderer->stats.shown = 0;
     choose_surface(renderer, plan);
     if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
         !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
         !prepare_sketch(renderer, plan) ||
-        (plan->stack_count > 1 && (!prepare_target(renderer, &renderer->surface->other, plan) ||
-                                   !vit_present_prepare(renderer->gl, &renderer->present))) ||
+        ((plan->stack_count > 1 || plan->overlay) && (!prepare_target(renderer, &renderer->surface->other, plan) ||
+                                                      !vit_present_prepare(renderer->gl, &renderer->present))) ||
         !prepare_volume(renderer, plan, progress) || !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
         !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
         return false;
@@ -200,13 +208,10 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
 }
 
 /* The table's axis in units of texel values; segments beyond the last add nothing. */
-static void set_axis(const struct vit_renderer *renderer, const struct vit_program *program,
-                     const struct vit_plan *plan)
+static void set_axis(const struct vit_program *program, const struct vit_plan *plan)
 {
     const struct vit_hu_axis *axis = &plan->axis;
-    bool stacks = plan->path == VIT_PATH_STACKS;
-    double hu_origin = stacks ? renderer->stacks.hu_origin : renderer->texture3d.hu_origin;
-    double hu_per_value = stacks ? renderer->stacks.hu_per_value : renderer->texture3d.hu_per_value;
+    const double hu_origin = plan->hu_origin, hu_per_value = plan->hu_per_value;
     GLfloat from[VIT_HU_AXIS_SEGMENTS_MAX] = {0}, scale[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
     GLfloat share[VIT_HU_AXIS_SEGMENTS_MAX] = {0};
     for (int i = 0; i < axis->segments; i++) {
@@ -225,6 +230,9 @@ static void set_axis(const struct vit_renderer *renderer, const struct vit_progr
     glUniform1f(program->axis_first, 0.5f / (GLfloat)axis->entries);
     glUniform1i(program->table, 1);
     glUniform2f(program->table_size, (GLfloat)axis->entries, (GLfloat)plan->table_rows);
+    if (plan->features & VIT_FEATURE(FLAT_COLOR))
+        vit_uniform_vec3(program->flat_color,
+                         (struct vit_vec3){plan->flat_color[0], plan->flat_color[1], plan->flat_color[2]});
 }
 
 /* px: pixels of the picture per pixel of the target. */
@@ -362,7 +370,7 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
                     1.0f / (GLfloat)renderer->occupancy.height);
     }
     if (plan->axis.entries > 0)
-        set_axis(renderer, program, plan);
+        set_axis(program, plan);
     send_vertices(renderer, program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     bind_textures(renderer, plan);
     set_blending(renderer->gl, plan);
@@ -381,7 +389,7 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
     const struct vit_program *program = &renderer->reduce_program;
     clear_target(target);
     glUseProgram(program->name);
-    set_axis(renderer, program, plan);
+    set_axis(program, plan);
     glUniform1i(program->reduced, 2);
     glUniform2f(program->tex_from_px, 1.0f / (GLfloat)target->texture_width, 1.0f / (GLfloat)target->texture_height);
     send_vertices(renderer, program, whole, sizeof whole);
@@ -429,6 +437,10 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     uint64_t start = vit_clock_ns();
     struct vit_surface *surface = renderer->surface;
     renderer->stats.fragments = 0;
+    if (is_shown(renderer, plan)) {
+        renderer->stats.frame_ms = 0;
+        return true;
+    }
     draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
     double shown = plan->stack_count > 0 ? plan->stacks[0].weight : 1;
     for (int i = 1; i < plan->stack_count; i++) {
@@ -437,7 +449,12 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
         vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target,
                         plan->stacks[i].weight / shown);
     }
+    if (plan->overlay) { /* empty */
+        clear_target(&surface->other);
+        vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target, 0);
+    }
     glFinish();
+    renderer->stats.shown = plan->digest;
     renderer->stats.slices = plan->slab_count;
     renderer->stats.frame_ms = (double)(vit_clock_ns() - start) * 1e-6;
     return vit_gl_check(renderer->gl, "frame");

@@ -261,8 +261,6 @@ static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack 
             vit_error(vit_gl_log(gl), "out of memory for the texel table");
             return false;
         }
-        stacks->hu_origin = texels->hu_origin;
-        stacks->hu_per_value = texels->hu_per_value;
         good = fill_texels(gl, stacks, stack, source, same && in_texels && stack->in_texels, progress);
     }
     good = good && (!apart || same_light || fill_light(gl, stacks, stack, source, progress));

@@ -12,12 +12,30 @@ static uint64_t hash_table(const struct vit_plan *plan)
     hash = vit_hash_bytes(hash, &plan->table_rows, sizeof plan->table_rows);
     hash = vit_hash_bytes(hash, &plan->table_float, sizeof plan->table_float);
     hash = vit_hash_bytes(hash, &plan->table_split, sizeof plan->table_split);
+    hash = vit_hash_bytes(hash, &plan->table_channels, sizeof plan->table_channels);
     return vit_hash_bytes(hash, &plan->table_mm, sizeof plan->table_mm);
 }
 
+/* By channels, as floats and as half floats. */
+static const GLenum formats[5][2] = {
+    [1] = {GL_R32F, GL_R16F}, [2] = {GL_RG32F, GL_RG16F}, [4] = {GL_RGBA32F, GL_RGBA16F}};
+static const GLenum layouts[5] = {[1] = GL_RED, [2] = GL_RG, [4] = GL_RGBA};
+
 static GLenum internal_format(const struct vit_plan *plan)
 {
-    return plan->table_split ? GL_RGBA8 : plan->table_float ? GL_RGBA32F : GL_RGBA16F;
+    return plan->table_split ? GL_RGBA8 : formats[plan->table_channels][!plan->table_float];
+}
+
+/* The channels that are kept, opacity last; in place, from the front. Returns how many numbers there are. */
+static size_t take_channels(const struct vit_plan *plan, float *rgba)
+{
+    size_t count = (size_t)plan->axis.entries * (size_t)plan->table_rows, channels = (size_t)plan->table_channels;
+    for (size_t i = 0; i < count && channels < 4; i++) {
+        float first = rgba[i * 4], opacity = rgba[i * 4 + 3];
+        rgba[i * channels] = first;
+        rgba[i * channels + channels - 1] = opacity;
+    }
+    return count * channels;
 }
 
 /* In place, from the front: no format is larger than a float. */
@@ -54,11 +72,11 @@ static bool send_split(struct vit_gl *gl, const struct vit_plan *plan, const uns
 
 static bool send(struct vit_gl *gl, const struct vit_plan *plan, float *rgba)
 {
-    convert(plan, rgba, (size_t)plan->axis.entries * (size_t)plan->table_rows * 4);
+    convert(plan, rgba, take_channels(plan, rgba));
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     if (plan->table_split)
         return send_split(gl, plan, (const unsigned char *)rgba);
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, plan->axis.entries, plan->table_rows, GL_RGBA,
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, plan->axis.entries, plan->table_rows, layouts[plan->table_channels],
                     vit_gl_pixel_type(gl, internal_format(plan)), rgba);
     return vit_gl_check(gl, "look-up table");
 }

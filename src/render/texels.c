@@ -61,29 +61,12 @@ static void store_texel(const struct vit_texel_format *format, bool bytes, const
     }
 }
 
-/* The value of a scalar texel: value = (raw - origin)·step. Whole steps where they fit, so that every raw value is
- * stored exactly; floats hold whole numbers up to 2048 either side of the middle. */
-static void scalar_scale(const struct vit_texel_format *format, const struct vit_volume_stats *stats, double *origin,
-                         double *step)
-{
-    double range = fmax(1, (double)stats->raw_max - stats->raw_min);
-    *origin = stats->raw_min;
-    if (format->type == GL_HALF_FLOAT || format->type == GL_FLOAT) {
-        *origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
-        *step = 1;
-    } else {
-        double full = format->type == GL_UNSIGNED_BYTE ? 255 : 65535;
-        *step = range <= full ? floor(full / range) / full : 1 / range;
-    }
-}
-
 bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume, const struct vit_plan *plan)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
     const struct vit_texel_format *format = &vit_texel_formats[plan->texel];
     int count = stats->raw_max - stats->raw_min + 1;
-    double origin, step;
     *lookup = (struct vit_texels){.format = format,
                                   .dither = plan->texel_dither,
                                   .raw_min = stats->raw_min,
@@ -95,9 +78,6 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
         vit_texels_clear(lookup);
         return false;
     }
-    scalar_scale(format, stats, &origin, &step);
-    lookup->hu_origin = info->slope * origin + info->intercept;
-    lookup->hu_per_value = info->slope / step;
 #pragma omp parallel for schedule(static)
     for (int i = 0; i < count; i++) {
         double value[4];
@@ -106,7 +86,7 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
         if (format->channels == 4)
             vit_transfer_slab(plan->transfer, info->slope * raw + info->intercept, plan->slab_mm, value);
         else
-            value[0] = (raw - origin) * step;
+            value[0] = (raw - plan->raw_origin) * plan->value_per_raw;
         for (int c = 0; c < 4 && lookup->classified; c++)
             lookup->classified[i][c] = (float)value[c];
         if (!lookup->dither)

@@ -83,8 +83,6 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     bool made = vit_texels_make(&texels, volume, plan);
     if (!made)
         vit_error(vit_gl_log(gl), "out of memory for the texel table");
-    texture->hu_origin = texels.hu_origin;
-    texture->hu_per_value = texels.hu_per_value;
     bool good =
         made && upload(gl, &texels, volume, shade, plan, only_light, progress) && vit_gl_check(gl, "texture upload");
     vit_texels_clear(&texels);

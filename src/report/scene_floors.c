@@ -116,7 +116,8 @@ static bool change_table(const struct report_stage *stage, struct vit_plan *plan
     plan->table_bytes = plan->table_bytes / (uint64_t)plan->axis.entries * (uint64_t)entries;
     if (plan->table_rows > 1) {
         plan->table_rows = entries;
-        plan->table_bytes = (uint64_t)entries * (uint64_t)entries * (plan->table_float ? 16 : 8);
+        plan->table_bytes =
+            (uint64_t)entries * (uint64_t)entries * (uint64_t)plan->table_channels * (plan->table_float ? 4 : 2);
     }
     plan->axis = vit_hu_axis_make(plan->transfer, stats->hu_min, stats->hu_max, entries);
     return true;

@@ -15,12 +15,17 @@
 #define POINTS_MAX 16
 static struct vit_transfer_point points[POINTS_MAX];
 
+enum colors { COLORED, GREY, FLAT, COLORS };
+
 /* `count` points over the ramp phantom's HU, translucent. */
-static void use_points(struct fixture *f, size_t count)
+static void use_points(struct fixture *f, size_t count, enum colors colors)
 {
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
+        double green = colors == GREY ? 1 - 0.01 * (double)(i + 1) : colors == FLAT ? 0.6 : 0.01 * (double)(i + 1);
         points[i] = (struct vit_transfer_point){
-            -900 + 1800.0 * (double)i / POINTS_MAX, {0.9, 0.6, 0.3}, 0.01 * (double)(i + 1)};
+            -900 + 1800.0 * (double)i / POINTS_MAX, {green, green, green}, 0.01 * (double)(i + 1)};
+        points[i].color[0] = colors == GREY ? green : 0.9;
+    }
     f->preset.transfer.points = points;
     f->preset.transfer.count = count;
 }
@@ -72,16 +77,17 @@ static void every_variant_of_the_plan_compiles(void **state)
             for (int projection = VIT_PROJECTION_ORTHO; projection < VIT_PROJECTION_COUNT; projection++)
                 for (size_t many = 1; many <= POINTS_MAX; many++)
                     for (size_t i = 0; i < 2 * VIT_ARRAY_LENGTH(rates); i++) {
-                        use_points(f, many);
+                        use_points(f, many, many % 4 ? COLORED : many % 8 ? GREY : FLAT);
                         f->preset.technique = (enum vit_technique)technique;
                         f->preset.sampling.classify = (enum vit_classify)classify;
                         compile_variant(f, &variants, (enum vit_projection)projection, rates[i / 2], i % 2);
                     }
     print_message("# %zu variants of slabs.*, up to %d groups of the table's axis\n", variants.count,
                   variants.most_groups);
-    /* Composites: no table, or two kinds of table with 1 to 4 groups. Three reductions with 1 to 4 groups. Two lengths
-     * of passes and two projections of all; an 8-bit framebuffer changes nothing. */
-    assert_int_equal(variants.count, (1 + 2 * 4 + 3 * 4) * 2 * 2);
+    /* Composites: no table, or two kinds of table with 1 to 4 groups, in colour; flat with three, grey with two of
+     * these. Three reductions with 1 to 4 groups. Two lengths of passes and two projections of all; an 8-bit
+     * framebuffer changes nothing. */
+    assert_int_equal(variants.count, (1 + 2 * (4 + 3 + 2) + 3 * 4) * 2 * 2);
     assert_int_equal(variants.most_groups, 4);
 }
 
@@ -107,7 +113,7 @@ static void slabs_in_a_pass_do_not_show(void **state)
     struct fixture *f = *state;
     double worst = 0;
     assert_true(fixture_load(f, "ramp"));
-    use_points(f, 5);
+    use_points(f, 5, COLORED);
     for (int technique = VIT_TECHNIQUE_COMPOSITE; technique < VIT_TECHNIQUE_COUNT; technique++) {
         f->preset.technique = (enum vit_technique)technique;
         f->preset.sampling.classify = VIT_CLASSIFY_SLAB;

@@ -286,6 +286,28 @@ static void a_cross_fade_gives_way_to_memory(void **state)
     scene->request.caps = all_caps;
 }
 
+/* One view: no change of stacks is near. */
+static void one_view_takes_one_stack(void **state)
+{
+    static const char *const keep[] = {"one-stack"};
+    struct scene *scene = *state;
+    assert_true(load(scene, 96, 96, 48));
+    assert_int_equal(look(scene, 45, 0).stack_count, 2);
+    scene->request.one_view = true;
+    struct vit_plan plan = look(scene, 45, 0);
+    assert_int_equal(plan.stack_count, 1);
+    assert_true(plan.stacks[0].weight == 1 && plan.texture_bytes == plan.stacks[0].layout.texels.bytes);
+    uint64_t saved = 0;
+    for (int i = 0; i < plan.left_out_count; i++)
+        saved = strcmp(plan.left_out[i].what, "another stack") == 0 ? plan.left_out[i].bytes_saved : saved;
+    assert_true(saved > 0);
+    scene->request.keep = keep;
+    scene->request.keep_count = 1;
+    assert_int_equal(look(scene, 45, 0).stack_count, 2);
+    scene->request.keep_count = 0;
+    scene->request.one_view = false;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -295,6 +317,7 @@ int main(void)
         cmocka_unit_test(every_layout_holds_every_voxel),
         cmocka_unit_test(auto_takes_stacks_where_3d_does_not_fit),
         cmocka_unit_test(a_cross_fade_gives_way_to_memory),
+        cmocka_unit_test(one_view_takes_one_stack),
     };
     return cmocka_run_group_tests_name("plan_stacks", tests, setup, teardown);
 }

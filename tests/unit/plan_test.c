@@ -215,6 +215,11 @@ static void occupancy_tells_the_distance(void **state)
     struct vit_plan_request request = ask(scene);
     struct vit_plan plan = make(scene, &request);
     uint8_t cells[8 * 6 * 5];
+    assert_int_equal(plan.occupancy_texel, VIT_TEXEL_R8);
+    assert_int_equal(plan.occupancy_bytes, sizeof cells);
+    request.caps.software = true;
+    plan = make(scene, &request);
+    assert_int_equal(plan.occupancy_texel, VIT_TEXEL_R32F);
     assert_int_equal(plan.occupancy_bytes, 4 * sizeof cells);
     vit_plan_occupancy(&plan, scene->volume, cells);
     for (size_t i = 0; i < sizeof cells; i++) {
@@ -666,6 +671,142 @@ static void light_counts_as_texture_memory(void **state)
     scene->preset = before;
 }
 
+/* Channels of the look-up table: as many as the colours that can show ask for. */
+static void tables_hold_the_colors_that_show(void **state)
+{
+    static const struct vit_transfer_point white[] = {{-1000, {0, 0, 1}, 0}, {0, {1, 1, 1}, 0}, {500, {1, 1, 1}, 0.5}};
+    static const struct vit_transfer_point ramp[] = {{-1000, {1, 0, 0}, 0}, {0, {0, 0, 0}, 0}, {500, {1, 1, 1}, 0.5}};
+    static const struct vit_transfer_point bone[] = {{-1000, {0, 0, 0}, 0}, {0, {1, 0, 0}, 0}, {500, {1, 1, 1}, 0.5}};
+    /* Colours beyond what the volume has: 500 HU at most, but for what a stretch runs to. */
+    static const struct vit_transfer_point far[] = {
+        {0, {1, 1, 1}, 0}, {400, {1, 1, 1}, 0.5}, {600, {1, 1, 1}, 0.5}, {900, {1, 0, 0}, 0.5}};
+    static const struct vit_transfer_point near[] = {{0, {1, 1, 1}, 0}, {400, {1, 1, 1}, 0.5}, {900, {1, 0, 0}, 0.5}};
+    /* A step to red; and a single point, whose colour is everywhere. */
+    static const struct vit_transfer_point step[] = {{0, {1, 1, 1}, 0.5}, {100, {1, 1, 1}, 0.5}, {100, {1, 0, 0}, 0.5}};
+    static const struct vit_transfer_point one[] = {{2000, {0.2, 0.4, 0.6}, 0.5}};
+    static const struct {
+        const struct vit_transfer_point *points;
+        size_t count;
+        enum vit_emission emission;
+        int channels;
+    } cases[] = {{white, 3, VIT_EMISSION_LUMINANCE, 1}, {white, 3, VIT_EMISSION_GLOW, 4},
+                 {ramp, 3, VIT_EMISSION_LUMINANCE, 2},  {ramp, 3, VIT_EMISSION_GLOW, 4},
+                 {bone, 3, VIT_EMISSION_LUMINANCE, 4},  {far, 4, VIT_EMISSION_LUMINANCE, 1},
+                 {near, 3, VIT_EMISSION_LUMINANCE, 4},  {step, 3, VIT_EMISSION_LUMINANCE, 4},
+                 {one, 1, VIT_EMISSION_LUMINANCE, 1},   {ramp + 1, 2, VIT_EMISSION_GLOW, 2}};
+    static const char *const keep[] = {"flat-color", "mono"};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        scene->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)cases[i].points;
+        scene->preset.transfer.count = cases[i].count;
+        scene->preset.transfer.emission = cases[i].emission;
+        request.keep_count = 0;
+        struct vit_plan plan = make(scene, &request);
+        assert_int_equal(plan.table_channels, cases[i].channels);
+        assert_int_equal((plan.features & VIT_FEATURE(FLAT_COLOR)) != 0, cases[i].channels == 1);
+        assert_int_equal((plan.features & VIT_FEATURE(MONO)) != 0, cases[i].channels == 2);
+        assert_int_equal(leaves_out(&plan, "colour look-up"), cases[i].channels == 1);
+        assert_int_equal(leaves_out(&plan, "channels of colour"), cases[i].channels == 2);
+        uint64_t bytes = plan.table_bytes;
+        request.keep = keep;
+        request.keep_count = 2;
+        plan = make(scene, &request);
+        assert_int_equal(plan.table_channels, 4);
+        assert_true(plan.table_bytes * (uint64_t)cases[i].channels == bytes * 4);
+        request.keep_count = 0;
+        request.caps.gles_major = 2;
+        assert_int_equal(make(scene, &request).table_channels, 4);
+        request.caps.gles_major = 3;
+    }
+    scene->preset = before;
+}
+
+/* The digest changes with everything that pixels depend on, and with nothing else. */
+static void a_still_picture_is_not_drawn_again(void **state)
+{
+    static const char *const keep[] = {"still"};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    use_light(scene);
+    struct vit_plan plan = make(scene, &request);
+    const uint64_t digest = plan.digest;
+    assert_false(plan.still || leaves_out(&plan, "drawing") || digest == 0);
+    request.shown = digest;
+    request.budget_ms = 20;
+    scene->preset.background[0] = 0.5; /* which is put behind the picture later */
+    plan = make(scene, &request);
+    assert_true(plan.still && leaves_out(&plan, "drawing"));
+    request.keep = keep;
+    request.keep_count = 1;
+    plan = make(scene, &request);
+    assert_false(plan.still || leaves_out(&plan, "drawing"));
+    request.keep_count = 0;
+    struct vit_plan_request other = request;
+    other.view.azimuth_rad += 1e-9;
+    assert_false(make(scene, &other).still);
+    other = request;
+    other.view.width_px++;
+    assert_false(make(scene, &other).still);
+    other = request;
+    other.caps.float_blend = 0;
+    assert_false(make(scene, &other).still);
+    scene->points[2].value += 1e-9;
+    assert_false(make(scene, &request).still);
+    scene->points[2].value -= 1e-9;
+    scene->points[2].value = 0.5;
+    assert_true(make(scene, &request).still);
+    scene->preset.shading.lights[0].direction[0] = 0.1;
+    assert_false(make(scene, &request).still);
+    scene->preset.shading.lights[0].direction[0] = 0;
+    scene->preset.shading.power += 1;
+    assert_false(make(scene, &request).still);
+    scene->preset.shading.power -= 1;
+    scene->preset.sampling.sketch = 4;
+    assert_false(make(scene, &request).still);
+    scene->preset = before;
+}
+
+static void nothing_over_the_picture_takes_no_pass(void **state)
+{
+    static const char *const keep[] = {"overlay"};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    assert_true(!plan.overlay && leaves_out(&plan, "overlay pass"));
+    request.keep = keep;
+    request.keep_count = 1;
+    plan = make(scene, &request);
+    assert_true(plan.overlay && !leaves_out(&plan, "overlay pass"));
+}
+
+/* What HU are in the shader: whole steps where they fit. */
+static void texels_say_where_hu_lie(void **state)
+{
+    static const struct {
+        int norm16, half, bits;
+        double origin, step;
+    } cases[] = {{1, 1, 16, -1000, 43.0 / 65535}, {0, 1, 16, -250, 1}, {1, 1, 8, -1000, 1.0 / 1500}};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        request.caps.texture_norm16 = cases[i].norm16;
+        request.caps.texture_half_float_linear = cases[i].half;
+        scene->preset.sampling.texture_bits = cases[i].bits;
+        struct vit_plan plan = make(scene, &request);
+        assert_true(plan.raw_origin == cases[i].origin && fabs(plan.value_per_raw - cases[i].step) < 1e-12);
+        for (int raw = -1000; raw <= 500; raw += 500)
+            assert_true(fabs(plan.hu_origin + plan.hu_per_value * (raw - plan.raw_origin) * plan.value_per_raw - raw) <
+                        1e-9);
+    }
+    scene->preset = before;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -689,6 +830,10 @@ int main(void)
         cmocka_unit_test(light_may_wait_for_rest),
         cmocka_unit_test(one_view_forgets_directions),
         cmocka_unit_test(light_counts_as_texture_memory),
+        cmocka_unit_test(tables_hold_the_colors_that_show),
+        cmocka_unit_test(a_still_picture_is_not_drawn_again),
+        cmocka_unit_test(nothing_over_the_picture_takes_no_pass),
+        cmocka_unit_test(texels_say_where_hu_lie),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
 }
