@@ -161,6 +161,13 @@ struct vit_plan {
     char path_why[160];
     struct vit_plan_stack stacks[3]; /* path stacks: the greatest share first; the slabs above are the first's */
     int stack_count;
+    /* Frame loops: what has to be made beside them, the most urgent first: stacks that this view asks for, and the one
+     * that it will soon ask for if it goes on turning. Whether stacks[] are those that the view asks for, with the
+     * shares that it gives them; or others that are there; or, where none can be drawn from here, not there yet: then
+     * the last picture stays. */
+    struct vit_plan_stack soon[3];
+    int soon_count;
+    bool makeshift, waits;
     uint64_t texture_limit; /* stacks that this picture does not need go before more than this is used; 0: none */
     enum vit_texel texel;
     bool texel_dither; /* classified 8-bit texels: rounding is spread over the voxels */
@@ -219,6 +226,10 @@ struct vit_plan_request {
     int sketch;                  /* instead of the preset's, with flat; 0: the preset's */
     double flat;
     bool moving; /* more frames follow at once: a cheaper light will do, if the preset allows */
+    /* A frame loop: stacks are made beside it (plan->soon), and pictures drawn from those that are there meanwhile
+     * (bits 1 << axis). False: stacks are made when a picture needs them, which waits. */
+    bool beside;
+    unsigned stacks_there;
 };
 enum vit_plan_result {
     VIT_PLAN_DONE = 0,

@@ -21,6 +21,15 @@ struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_vol
 /* Uploads what the plan needs and is not there yet; nothing where the plan is still. Progress for long uploads. */
 VIT_NODISCARD bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                                         const struct vit_progress *progress);
+/* Everything that it needs but the volume's textures: programs, tables, targets. */
+VIT_NODISCARD bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *plan);
+/* For frame loops: goes on with plan->soon between frames, of the plan that was prepared last. A thread turns voxels
+ * into texels, what is ready is sent for about `ms` and the GL's time for a MiB. */
+VIT_NODISCARD bool vit_renderer_advance(struct vit_renderer *renderer, const struct vit_plan *plan, double ms);
+bool vit_renderer_is_advancing(const struct vit_renderer *renderer);
+/* Axes (bits) of stacks that this plan, or one for another view of the same scene, can be drawn from without waiting.
+ */
+unsigned vit_renderer_stacks_there(const struct vit_renderer *renderer, const struct vit_plan *plan);
 /* Draws one frame of a prepared plan into the renderer's own target. */
 VIT_NODISCARD bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan);
 /* Puts the last frame over the plan's background into framebuffer 0 (a screen of width × height pixels, row 0 at the

@@ -69,6 +69,8 @@ struct app_scene {
     bool one_view;         /* no other picture follows */
     bool moving;           /* more frames follow at once */
     uint64_t shown;        /* vit_render_stats.shown */
+    bool beside;           /* a frame loop: stacks are made beside it */
+    unsigned stacks_there; /* bits: axes of those that are */
     int sketch;            /* of a moving picture, with flat; 0: the preset's */
     double flat;
     double gl_ms, load_ms; /* context; input */
@@ -104,6 +106,10 @@ struct app_drawer {
 VIT_NODISCARD bool app_drawer_open(struct app_drawer *drawer, struct app_scene *scene);
 /* Draws scene->plan and waits until it is drawn. */
 VIT_NODISCARD bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct app *app);
+/* Goes on with the stacks that a frame loop will need, for a few milliseconds. */
+VIT_NODISCARD bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene);
+/* Whether there is anything to go on with. */
+bool app_drawer_is_advancing(const struct app_drawer *drawer, const struct app_scene *scene);
 /* The last frame, initialised by this call. */
 VIT_NODISCARD bool app_drawer_read(struct app_drawer *drawer, struct vit_frame *frame);
 void app_drawer_close(struct app_drawer *drawer);

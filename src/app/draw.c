@@ -5,6 +5,9 @@
 
 #include <string.h>
 
+/* Of the time between two frames, for sending a stack that is being made. */
+#define ADVANCE_MS 3.0
+
 const char *app_drawer_name(const struct app_scene *scene)
 {
     return scene->gl ? scene->caps.renderer : "reference (CPU, double precision)";
@@ -43,6 +46,22 @@ bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct 
     drawer->stats = vit_renderer_stats(drawer->renderer);
     scene->shown = drawer->stats.shown;
     return true;
+}
+
+bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene)
+{
+    bool good = !drawer->renderer || vit_renderer_advance(drawer->renderer, &scene->plan, ADVANCE_MS);
+    if (drawer->renderer)
+        scene->stacks_there = vit_renderer_stacks_there(drawer->renderer, &scene->plan);
+    return good;
+}
+
+bool app_drawer_is_advancing(const struct app_drawer *drawer, const struct app_scene *scene)
+{
+    bool advancing = drawer->renderer && vit_renderer_is_advancing(drawer->renderer);
+    for (int i = 0; i < scene->plan.soon_count; i++)
+        advancing = advancing || !(scene->stacks_there >> scene->plan.soon[i].axis & 1);
+    return advancing;
 }
 
 bool app_drawer_read(struct app_drawer *drawer, struct vit_frame *frame)

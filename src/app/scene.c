@@ -69,6 +69,8 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .flat = scene->flat,
         .moving = scene->moving,
         .shown = scene->shown,
+        .beside = scene->beside,
+        .stacks_there = scene->stacks_there,
     };
     scene->view = *view;
     switch (vit_plan_make(&scene->plan, &request, &app->log)) {

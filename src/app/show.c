@@ -22,6 +22,7 @@
 #define MASTER_RETRY_MS 200
 #define REOPEN_RETRY_MS 1000
 #define SHRINK_PROBE    4
+#define ADVANCE_MS      4 /* between looks at a stack that is being made */
 
 struct show {
     struct app *app;
@@ -40,6 +41,7 @@ struct show {
     int preset;         /* number of the key; 0: the command line's */
     bool dirty;         /* the screen does not show this view */
     bool rough;         /* it shows it, but not in full */
+    bool makeshift;     /* nor from the right stacks: they are being made */
     uint64_t moved_ns;  /* when the view last changed */
     uint64_t turned_ns; /* when it last turned by itself */
     uint64_t turn_began_ns;
@@ -57,6 +59,8 @@ static bool draw(struct show *show, int shrink)
     show->status = app_scene_plan(&show->scene, show->app, &view);
     if (show->status != VIT_EXIT_DONE)
         return false;
+    if (show->scene.plan.waits) /* for a stack that is being made */
+        return true;
     show->status = VIT_EXIT_DISPLAY;
     if (!app_drawer_draw(&show->drawer, &show->scene, show->app))
         return false;
@@ -76,7 +80,8 @@ static bool present(struct show *show)
     return true;
 }
 
-/* Textures, programs and the picture's buffers for `view` at this size; draws nothing. */
+/* Programs and the picture's buffers for `view` at this size, and textures, but for stacks that only this view needs;
+ * draws nothing. */
 static bool prepare(struct show *show, const struct vit_view *at, int shrink)
 {
     struct vit_view view = app_pace_view(&show->scene, at, shrink);
@@ -85,7 +90,21 @@ static bool prepare(struct show *show, const struct vit_view *at, int shrink)
     if (show->status != VIT_EXIT_DONE)
         return false;
     show->status = VIT_EXIT_DISPLAY;
+    if (show->scene.plan.path == VIT_PATH_STACKS)
+        return vit_renderer_reserve(show->drawer.renderer, &show->scene.plan);
     return vit_renderer_prepare(show->drawer.renderer, &show->scene.plan, &show->app->progress);
+}
+
+/* Goes on with the stacks that will be needed. One more of them may make another picture. */
+static bool advance(struct show *show)
+{
+    unsigned before = show->scene.stacks_there;
+    show->status = VIT_EXIT_DISPLAY;
+    if (!app_drawer_advance(&show->drawer, &show->scene))
+        return false;
+    show->dirty = show->dirty || (show->scene.plan.makeshift && show->scene.stacks_there != before);
+    show->status = VIT_EXIT_DONE;
+    return true;
 }
 
 /* Everything that a frame of this preset can need, before the loop: textures, programs, and both sizes of picture, from
@@ -97,6 +116,7 @@ static bool warm_up(struct show *show)
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
     show->scene.moving = false; /* the light is this preset's, not the last one's */
+    show->scene.beside = false; /* the first picture needs its stack at once */
     show->status = VIT_EXIT_DISPLAY;
     if (!app_quality_choose(&show->scene, &show->drawer, show->app, &show->view))
         return false;
@@ -110,6 +130,9 @@ static bool warm_up(struct show *show)
         return false;
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
               probe_ms, show->pace.shrink);
+    show->scene.beside = true;
+    if (!advance(show))
+        return false;
     show->dirty = true;
     show->moved_ns = 0;
     show->status = VIT_EXIT_DONE;
@@ -134,6 +157,8 @@ static bool frame(struct show *show)
         show->dirty = true;
     }
     bool moving = is_moving(show, now);
+    if (!advance(show))
+        return false;
     if (!show->dirty && (!show->rough || moving))
         return true;
     int shrink = moving ? show->pace.shrink : 1;
@@ -141,7 +166,11 @@ static bool frame(struct show *show)
     show->scene.moving = moving;
     if (!draw(show, shrink))
         return false;
-    show->rough = shrink > 1 || show->scene.plan.light.stays;
+    show->makeshift = show->scene.plan.makeshift;
+    /* A makeshift that nothing is made for beside the loop is made good when the view rests. */
+    show->rough = shrink > 1 || show->scene.plan.light.stays || (show->makeshift && show->scene.plan.soon_count == 0);
+    if (show->scene.plan.waits)
+        return true;
     if (moving)
         app_pace_take(&show->pace, show->drawer.stats.frame_ms);
     return present(show);
@@ -155,7 +184,7 @@ static void say_at_rest(struct show *show)
     if (flips == show->said_flips || vit_display_flip_pending(show->display))
         return;
     show->said_flips = flips;
-    if (!show->dirty && !show->rough && !show->turning)
+    if (!show->dirty && !show->rough && !show->makeshift && !show->turning)
         vit_debug(&show->app->log, "show: at rest: %s, --view %.17g,%.17g,%.17g --zoom %.17g", show->scene.preset->name,
                   app_degrees(view->azimuth_rad), app_degrees(view->elevation_rad), app_degrees(view->roll_rad),
                   view->zoom);
@@ -292,6 +321,8 @@ static int poll_timeout(const struct show *show)
         return wait;
     if (show->dirty || show->turning)
         return 0;
+    if (app_drawer_is_advancing(&show->drawer, &show->scene))
+        wait = wait < 0 || wait > ADVANCE_MS ? ADVANCE_MS : wait;
     if (show->rough) {
         uint64_t rest = show->moved_ns + REST_AFTER_NS;
         int until_rest = rest > now ? (int)((rest - now) / 1000000) + 1 : 0;

@@ -16,6 +16,9 @@
 #define VIT_RULE_ONE_STACK    "one-stack"
 #define VIT_RULE_STILL        "still"
 #define VIT_RULE_OVERLAY      "overlay"
+/* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
+ * the diagonal between two axes. */
+#define VIT_PLAN_FADE_COSINE 0.1
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
 /* What comes through so little is left out: RMS 6e-6 of full scale against ideal slabs, a twentieth of what 8 slabs per
@@ -50,6 +53,13 @@ VIT_NODISCARD bool vit_plan_fits_memory(const struct vit_plan *plan, const struc
 /* Which stacks, their slabs and textures. False (logged): slabs or textures do not fit. */
 VIT_NODISCARD bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request,
                                    const struct vit_log *log);
+
+/* What textures of a stack take. */
+uint64_t vit_plan_stack_bytes(const struct vit_plan_stack *stack);
+
+/* stacks_soon.c: for a frame loop, from what the view asks for and all three stacks, laid out. */
+void vit_plan_stacks_beside(struct vit_plan *plan, const struct vit_plan_request *request,
+                            const struct vit_plan_stack all[3]);
 
 /* formats.c; `stacks`: for stacks of 2D textures. */
 void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request *request, bool stacks);

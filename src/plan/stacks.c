@@ -5,9 +5,6 @@
 
 #include "plan_private.h"
 
-/* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
- * the diagonal between two axes. */
-#define FADE_COSINE 0.1
 /* A ray's way in a slab over the slab's thickness from which on slabs are half as thick. */
 #define LONG_WAY 1.25
 /* Perspective: a stack's share begins where the eye is outside the box along its axis, and is whole this part of the
@@ -88,7 +85,7 @@ static void weigh(const struct vit_plan *plan, struct vit_plan_stack all[3])
     }
     for (int i = 0; i < 3; i++) {
         double clear = (all[i].eye_mm - all[i].box_mm / 2) / (EYE_CLEAR * plan->camera.diagonal_mm);
-        all[i].weight = all[i].weight > 0 ? fmax(0, all[i].weight - greatest + FADE_COSINE) : 0;
+        all[i].weight = all[i].weight > 0 ? fmax(0, all[i].weight - greatest + VIT_PLAN_FADE_COSINE) : 0;
         all[i].weight *= plan->camera.perspective ? fmin(1, clear) : 1;
         sum += all[i].weight;
     }
@@ -135,7 +132,7 @@ static size_t brick_count(size_t n, size_t most)
 
 static size_t brick_voxels(size_t n, size_t bricks)
 {
-    return bricks == 1 ? n : divide_up(n - 1, bricks) + 1;
+    return n <= 1 ? 1 : bricks == 1 ? n : divide_up(n - 1, bricks) + 1;
 }
 
 /* The grid of tiles that wastes least, and of those the squarest: small sides are the rarer limit. */
@@ -256,7 +253,7 @@ static bool cut_eye(const struct vit_plan *plan, const struct vit_log *log)
     return false;
 }
 
-static uint64_t bytes_of(const struct vit_plan_stack *stack)
+uint64_t vit_plan_stack_bytes(const struct vit_plan_stack *stack)
 {
     return stack->layout.texels.bytes + stack->layout.light.bytes;
 }
@@ -264,18 +261,18 @@ static uint64_t bytes_of(const struct vit_plan_stack *stack)
 /* A second stack is worth less than a picture. */
 static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *request)
 {
-    uint64_t limit = plan->texture_limit, bytes = bytes_of(&plan->stacks[0]);
+    uint64_t limit = plan->texture_limit, bytes = vit_plan_stack_bytes(&plan->stacks[0]);
     if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
         plan->stack_count = 1;
     bool one = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_STACK);
     for (; one && plan->stack_count > 1; plan->stack_count--)
-        vit_plan_leave_out(plan, bytes_of(&plan->stacks[plan->stack_count - 1]), "another stack",
+        vit_plan_leave_out(plan, vit_plan_stack_bytes(&plan->stacks[plan->stack_count - 1]), "another stack",
                            "one view only: there is no change of stacks to fade over");
     for (int i = 1; i < plan->stack_count; i++) {
-        bytes += bytes_of(&plan->stacks[i]);
+        bytes += vit_plan_stack_bytes(&plan->stacks[i]);
         if (limit == 0 || bytes <= limit)
             continue;
-        vit_plan_leave_out(plan, bytes_of(&plan->stacks[i]), "cross-fade",
+        vit_plan_leave_out(plan, vit_plan_stack_bytes(&plan->stacks[i]), "cross-fade",
                            "a second stack does not fit into %d MiB (max_texture_mib)", request->caps.max_texture_mib);
         plan->stack_count = i;
     }
@@ -294,7 +291,8 @@ static void fit_light(struct vit_plan *plan, const struct vit_caps *caps)
 {
     const struct vit_stack_layout *layout = &plan->stacks[0].layout;
     char why[96];
-    if (plan->texture_limit == 0 || layout->light.bytes == 0 || bytes_of(&plan->stacks[0]) <= plan->texture_limit)
+    if (plan->texture_limit == 0 || layout->light.bytes == 0 ||
+        vit_plan_stack_bytes(&plan->stacks[0]) <= plan->texture_limit)
         return;
     snprintf(why, sizeof why, "its textures do not fit into %d MiB (max_texture_mib)", caps->max_texture_mib);
     vit_plan_drop_light(plan, layout->light.bytes, why);
@@ -317,6 +315,16 @@ static bool fits_extremes(const struct vit_plan *plan, const struct vit_plan_req
                   vit_technique_name(plan->technique));
         return false;
     }
+    return true;
+}
+
+/* Frame loops may draw any of the three, and look ahead. */
+static bool look_ahead(struct vit_plan *plan, const struct vit_plan_request *request, struct vit_plan_stack all[3])
+{
+    for (int i = 0; i < 3; i++)
+        if (!lay_out(plan, &request->caps, all[i].axis, &all[i].layout))
+            return false;
+    vit_plan_stacks_beside(plan, request, all);
     return true;
 }
 
@@ -344,6 +352,8 @@ bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *reque
     plan->light.bytes = plan->texture_bytes = 0;
     fit_light(plan, &request->caps);
     fit_fade(plan, request);
+    if (request->beside && !look_ahead(plan, request, all))
+        return false;
     if (!fits_extremes(plan, request, log))
         return false;
     plan->slab_first = plan->stacks[0].slab_first;

@@ -69,6 +69,12 @@ void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, 
 /* Shine in red, green and blue, and sure: under coloured lights. */
 void vit_shade_shine_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out);
 /* In single precision, for texels that are lit before they are filtered. */
+/* A copy whose tables of directions do not follow the view; everything else is the original's, which must outlive it.
+ * False: out of memory. */
+VIT_NODISCARD bool vit_shade_freeze(const struct vit_shade *shade, struct vit_shade *out);
+void vit_shade_thaw(struct vit_shade *frozen);
+/* Whether it is of this plan's surfaces: its next vit_shade_prepare changes nothing but the tables of directions. */
+bool vit_shade_suits(const struct vit_shade *shade, const struct vit_plan *plan);
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
 void vit_shade_clear(struct vit_shade *shade);
 
@@ -180,7 +186,26 @@ struct vit_tiles {
     void (*line)(const void *user, const struct vit_texels_line *line, unsigned char *out);
     const void *user;
 };
-/* Into textures by brick. False: out of memory or cancelled (logged). */
+/* Runs of tiles, one after the other: `count` from `first` on of brick `texture`. */
+struct vit_tiles_part {
+    size_t low[2], high[2]; /* texels [low, high) across and down, counted from the brick's first */
+};
+struct vit_tiler {
+    const struct vit_tiles *tiles;
+    size_t texture, first, count;
+    struct vit_tiles_part part; /* that holds anything wanted */
+    struct vit_stack_brick brick;
+    size_t stride[3]; /* of the volume, by axis */
+    size_t batch, chunk_bytes;
+};
+/* In runs of about so many bytes, a tile at least: chunk_bytes of what is returned. */
+struct vit_tiler vit_tiles_begin(const struct vit_tiles *tiles, size_t chunk_bytes);
+/* The next run, at first the first; false: that was all. */
+VIT_NODISCARD bool vit_tiles_next(struct vit_tiler *tiler);
+/* Its texels. Touches no GL, and nothing but `out`. */
+void vit_tiles_fill(const struct vit_tiler *tiler, bool parallel, unsigned char *out);
+void vit_tiles_put(const struct vit_tiler *tiler, const unsigned char *staging, const GLuint *textures);
+/* All of them into textures by brick. False: out of memory or cancelled (logged). */
 VIT_NODISCARD bool vit_tiles_send(struct vit_gl *gl, const struct vit_tiles *tiles, const GLuint *textures,
                                   const struct vit_progress *progress);
 
@@ -196,10 +221,12 @@ struct vit_stack {
     uint64_t made_from, lit_from; /* lit_from: of texels that are lit, or of their light */
     bool in_texels;
 };
+struct vit_stack_job;
 struct vit_stacks {
     struct vit_stack stack[3]; /* by axis; none that was not asked for */
     struct vit_light2d directions;
     struct vit_staging staging;
+    struct vit_stack_job *job; /* makes one beside the frame loop; NULL: none is being made */
 };
 /* shade: of the same plan; used where it is lit. */
 VIT_NODISCARD bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
@@ -212,7 +239,51 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
                          const struct vit_plan *plan, const struct vit_plan_stack *stack,
                          const struct vit_mesh_part *part);
 uint64_t vit_stacks_bytes(const struct vit_stacks *stacks);
+/* Goes on with what the plan wants soon, for about `ms`: to be called between frames. */
+VIT_NODISCARD bool vit_stacks_advance(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
+                                      const struct vit_shade *shade, const struct vit_plan *plan, double ms);
+/* A stack that is being made goes, unless it is of this plan's texels and light: before vit_shade_prepare(). */
+void vit_stacks_check(struct vit_stacks *stacks, const struct vit_shade *shade, const struct vit_plan *plan);
+/* Axes (bits) whose stacks hold what the last plan draws from. */
+unsigned vit_stacks_there(const struct vit_stacks *stacks, const struct vit_plan *plan);
 void vit_stacks_clear(struct vit_stacks *stacks);
+
+/* What lines of voxels become texels by, as vit_tiles.user; lit: textures of light rather than texels, shine: its
+ * second. */
+struct vit_stack_source {
+    const struct vit_texels *texels;
+    const struct vit_shade *shade;
+    const struct vit_plan *plan;
+    const void *samples;
+    enum vit_sample sample;
+};
+/* How a plane's textures are filled. */
+struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stack,
+                                 const struct vit_stack_source *source, int plane);
+/* Planes that a picture by this plan draws from. */
+bool vit_stack_has_plane(const struct vit_plan *plan, int plane);
+/* Textures of all planes as the layout has them; what they hold may be old. False (logged): no memory; none is left. */
+VIT_NODISCARD bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
+                                      const struct vit_stack_layout *layout);
+void vit_stack_clear(struct vit_stack *stack);
+/* What its light is made from. */
+uint64_t vit_stack_lit_from(const struct vit_shade *shade, const struct vit_plan *plan);
+uint64_t vit_stack_bytes(const struct vit_stack *stack);
+
+/* stack_job.c: one stack, made by a thread of its own. Begin takes over what is there of the stack. Everything but the
+ * making itself is done by the caller's thread, which owns the GL. */
+VIT_NODISCARD struct vit_stack_job *vit_stack_job_begin(struct vit_gl *gl, struct vit_stack *stack,
+                                                        const struct vit_volume *volume, const struct vit_shade *shade,
+                                                        const struct vit_plan *plan,
+                                                        const struct vit_stack_layout *layout); /* NULL: logged */
+/* Sends what is ready, until `ms` are over. True: that was the last. */
+VIT_NODISCARD bool vit_stack_job_send(struct vit_stack_job *job, double ms);
+/* Whether what it makes is what the plan asks for. */
+bool vit_stack_job_suits(const struct vit_stack_job *job, const struct vit_shade *shade, const struct vit_plan *plan);
+int vit_stack_job_axis(const struct vit_stack_job *job);
+uint64_t vit_stack_job_bytes(const struct vit_stack_job *job); /* NULL: 0 */
+/* Ends it: if it is done the stack goes to `stacks`, else (or NULL) its textures go. */
+void vit_stack_job_end(struct vit_stack_job **job, struct vit_stacks *stacks);
 
 /* table.c: the transfer function over HU (post) or pairs of HU (slab) as a 2D texture. */
 struct vit_table {

@@ -155,6 +155,7 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
     if (plan->path == VIT_PATH_STACKS) {
         vit_texture3d_clear(&renderer->texture3d);
         vit_light3d_clear(&renderer->light3d);
+        vit_stacks_check(&renderer->stacks, &renderer->shade, plan);
         bool made = vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
                     vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, progress);
         if (plan->light.forgets)
@@ -178,6 +179,38 @@ static bool is_shown(const struct vit_renderer *renderer, const struct vit_plan 
     return plan->still && plan->digest == renderer->stats.shown;
 }
 
+static bool prepare_targets(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    choose_surface(renderer, plan);
+    bool good = prepare_program(renderer, &renderer->program, "slabs", plan) &&
+                prepare_target(renderer, &renderer->surface->target, plan) && prepare_reduction(renderer, plan) &&
+                prepare_sketch(renderer, plan);
+    if (good && (plan->stack_count > 1 || plan->soon_count > 0 || plan->overlay))
+        good = prepare_target(renderer, &renderer->surface->other, plan) &&
+               vit_present_prepare(renderer->gl, &renderer->present);
+    if (good && !vit_mesh_reserve(&renderer->mesh, plan)) {
+        vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
+        return false;
+    }
+    return good;
+}
+
+static void count_bytes(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    struct vit_render_stats *stats = &renderer->stats;
+    stats->texture_bytes = renderer->texture3d.bytes + vit_stacks_bytes(&renderer->stacks) + renderer->table.bytes +
+                           renderer->occupancy.bytes +
+                           (plan->features & VIT_FEATURE(LIGHT) ? renderer->light3d.bytes : 0);
+    if (stats->texture_bytes_peak < stats->texture_bytes)
+        stats->texture_bytes_peak = stats->texture_bytes;
+}
+
+bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    return prepare_targets(renderer, plan) && vit_table_prepare(renderer->gl, &renderer->table, plan) &&
+           vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan);
+}
+
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
@@ -185,26 +218,36 @@ bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *
     if (is_shown(renderer, plan))
         return true;
     renderer->stats.shown = 0;
-    choose_surface(renderer, plan);
-    if (!prepare_program(renderer, &renderer->program, "slabs", plan) ||
-        !prepare_target(renderer, &renderer->surface->target, plan) || !prepare_reduction(renderer, plan) ||
-        !prepare_sketch(renderer, plan) ||
-        ((plan->stack_count > 1 || plan->overlay) && (!prepare_target(renderer, &renderer->surface->other, plan) ||
-                                                      !vit_present_prepare(renderer->gl, &renderer->present))) ||
-        !prepare_volume(renderer, plan, progress) || !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
+    if (!prepare_targets(renderer, plan) || !prepare_volume(renderer, plan, progress) ||
+        !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
         !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
         return false;
-    if (!vit_mesh_reserve(&renderer->mesh, plan)) {
-        vit_error(vit_gl_log(renderer->gl), "out of memory for %d slabs", plan->slab_count);
-        return false;
-    }
-    renderer->stats.texture_bytes = renderer->texture3d.bytes + vit_stacks_bytes(&renderer->stacks) +
-                                    renderer->table.bytes + renderer->occupancy.bytes +
-                                    (plan->features & VIT_FEATURE(LIGHT) ? renderer->light3d.bytes : 0);
-    if (renderer->stats.texture_bytes_peak < renderer->stats.texture_bytes)
-        renderer->stats.texture_bytes_peak = renderer->stats.texture_bytes;
+    count_bytes(renderer, plan);
     renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
     return true;
+}
+
+bool vit_renderer_advance(struct vit_renderer *renderer, const struct vit_plan *plan, double ms)
+{
+    if (plan->path != VIT_PATH_STACKS)
+        return true;
+    vit_stacks_check(&renderer->stacks, &renderer->shade, plan);
+    if (plan->soon_count > 0 && !vit_shade_suits(&renderer->shade, plan) &&
+        !vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, NULL))
+        return false;
+    bool good = vit_stacks_advance(renderer->gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, ms);
+    count_bytes(renderer, plan);
+    return good;
+}
+
+unsigned vit_renderer_stacks_there(const struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    return plan->path == VIT_PATH_STACKS ? vit_stacks_there(&renderer->stacks, plan) : 0;
+}
+
+bool vit_renderer_is_advancing(const struct vit_renderer *renderer)
+{
+    return renderer->stacks.job;
 }
 
 /* The table's axis in units of texel values; segments beyond the last add nothing. */

@@ -177,6 +177,40 @@ fail:
     return false;
 }
 
+bool vit_shade_suits(const struct vit_shade *shade, const struct vit_plan *plan)
+{
+    return !plan->light.on || shade->surface_from == hash_surface(plan, hash_directions(plan));
+}
+
+static void *copy_of(const void *from, size_t bytes)
+{
+    void *copy = from ? vit_alloc(bytes, 1) : NULL;
+    if (copy)
+        memcpy(copy, from, bytes);
+    return copy;
+}
+
+bool vit_shade_freeze(const struct vit_shade *shade, struct vit_shade *out)
+{
+    size_t entries = shade->sphere ? vit_sphere_count(shade->sphere) + 1 : 0;
+    *out = *shade;
+    out->table = copy_of(shade->table, entries * sizeof *shade->table);
+    out->scaled = copy_of(shade->scaled, entries * 6 * sizeof *shade->scaled);
+    out->packed = copy_of(shade->packed, entries * sizeof *shade->packed);
+    if (!shade->table || (out->table && out->scaled && out->packed))
+        return true;
+    vit_shade_thaw(out);
+    return false;
+}
+
+void vit_shade_thaw(struct vit_shade *frozen)
+{
+    vit_free(frozen->table);
+    vit_free(frozen->scaled);
+    vit_free(frozen->packed);
+    *frozen = (struct vit_shade){0};
+}
+
 /* ---- lines ------------------------------------------------------------------------------------------------------- */
 
 static inline unsigned char round_byte(float value)

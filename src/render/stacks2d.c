@@ -26,8 +26,7 @@ static bool has_index(const struct vit_plan *plan)
     return plan->features & VIT_FEATURE(LIGHT_INDEX);
 }
 
-/* Planes that a picture by this plan draws from. */
-static bool has_plane(const struct vit_plan *plan, int plane)
+bool vit_stack_has_plane(const struct vit_plan *plan, int plane)
 {
     if (plane == VIT_STACK_TEXELS)
         return true;
@@ -49,14 +48,14 @@ static void plane_clear(struct vit_stack *stack, int plane)
     stack->textures[plane] = NULL;
 }
 
-static void stack_clear(struct vit_stack *stack)
+void vit_stack_clear(struct vit_stack *stack)
 {
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
         plane_clear(stack, plane);
     *stack = (struct vit_stack){0};
 }
 
-static uint64_t stack_bytes(const struct vit_stack *stack)
+uint64_t vit_stack_bytes(const struct vit_stack *stack)
 {
     uint64_t light = stack->textures[VIT_STACK_LIGHT] ? stack->layout.light.bytes : 0;
     return stack->textures[VIT_STACK_TEXELS] ? stack->layout.texels.bytes + light : 0;
@@ -99,23 +98,23 @@ static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane
     return true;
 }
 
-static bool allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
-                     const struct vit_stack_layout *layout)
+bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
+                        const struct vit_stack_layout *layout)
 {
     if (stack->count > 0 && (stack->texel != plan->texel || !same_layout(&stack->layout, layout)))
-        stack_clear(stack);
+        vit_stack_clear(stack);
     bool same_light = same_grid(&stack->layout.light, &layout->light);
     for (int plane = VIT_STACK_LIGHT; plane < VIT_STACK_PLANE_COUNT; plane++)
-        if (!same_light || !has_plane(plan, plane))
+        if (!same_light || !vit_stack_has_plane(plan, plane))
             plane_clear(stack, plane);
     stack->count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
     stack->texel = plan->texel;
     stack->layout = *layout;
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
-        if (stack->textures[plane] || !has_plane(plan, plane))
+        if (stack->textures[plane] || !vit_stack_has_plane(plan, plane))
             continue;
         if (!allocate_plane(gl, stack, plane)) {
-            stack_clear(stack);
+            vit_stack_clear(stack);
             return false;
         }
         stack->lit_from = 0;
@@ -138,121 +137,126 @@ static void set_filter(const struct vit_stack *stack, const struct vit_plan *pla
 
 /* ---- filling ----------------------------------------------------------------------------------------------------- */
 
-/* What lines of voxels become texels by. */
-struct source {
-    const struct vit_texels *texels;
-    const struct vit_shade *shade;
-    const struct vit_plan *plan;
-    const void *samples;
-    enum vit_sample sample;
-};
-
 static void texel_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    const struct source *source = user;
+    const struct vit_stack_source *source = user;
     vit_texels_line(source->texels, source->sample, source->samples, line, out);
 }
 
 static void lit_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    const struct source *source = user;
+    const struct vit_stack_source *source = user;
     vit_texels_lit_line(source->texels, source->shade, source->plan, source->sample, source->samples, line, out);
 }
 
 static void light_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    const struct source *source = user;
+    const struct vit_stack_source *source = user;
     vit_shade_line(source->shade, source->plan, line, out);
 }
 
 static void shine_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    const struct source *source = user;
+    const struct vit_stack_source *source = user;
     vit_shade_shine_line(source->shade, line, out);
 }
 
 static void index_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    vit_light2d_index_line(((const struct source *)user)->shade, line, out);
+    vit_light2d_index_line(((const struct vit_stack_source *)user)->shade, line, out);
 }
 
 static void factor_line(const void *user, const struct vit_texels_line *line, unsigned char *out)
 {
-    vit_light2d_factor_line(((const struct source *)user)->shade, line, out);
+    vit_light2d_factor_line(((const struct vit_stack_source *)user)->shade, line, out);
 }
 
-static bool fill_texels(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
-                        const struct source *source, bool only_light, const struct vit_progress *progress)
+struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stack,
+                                 const struct vit_stack_source *source, int plane)
 {
     const struct vit_plan *plan = source->plan;
-    const struct vit_tiles tiles = {.what = "stack",
-                                    .n = plan->n,
-                                    .layout = &stack->layout,
-                                    .grid = &stack->layout.texels,
-                                    .span = stack->layout.span,
-                                    .step = stack->layout.step,
-                                    .voxel_bytes = vit_texel_bytes(plan->texel),
-                                    .type = vit_gl_pixel_type(gl, internal_format(plan->texel)),
-                                    .wanted = only_light ? source->shade->wanted : NULL,
-                                    .staging = &stacks->staging,
-                                    .line = plan->light.in_texels ? lit_line : texel_line,
-                                    .user = source};
-    return vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_TEXELS], progress);
+    struct vit_tiles tiles = {
+        .n = plan->n, .layout = &stack->layout, .grid = grid_of(&stack->layout, plane), .user = source};
+    if (plane == VIT_STACK_TEXELS) {
+        tiles.what = "stack";
+        tiles.span = stack->layout.span;
+        tiles.step = stack->layout.step;
+        tiles.voxel_bytes = vit_texel_bytes(plan->texel);
+        tiles.type = vit_gl_pixel_type(gl, internal_format(plan->texel));
+        tiles.line = plan->light.in_texels ? lit_line : texel_line;
+        return tiles;
+    }
+    tiles.what = "light";
+    tiles.span = tiles.step = 1;
+    tiles.voxel_bytes = 4;
+    tiles.type = GL_UNSIGNED_BYTE;
+    tiles.wanted = source->shade->wanted;
+    if (has_index(plan))
+        tiles.line = plane == VIT_STACK_LIGHT ? index_line : factor_line;
+    else
+        tiles.line = plane == VIT_STACK_LIGHT ? light_line : shine_line;
+    return tiles;
+}
+
+static bool fill_plane(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
+                       const struct vit_stack_source *source, int plane, bool only_light,
+                       const struct vit_progress *progress)
+{
+    struct vit_tiles tiles = vit_stack_tiles(gl, stack, source, plane);
+    tiles.staging = &stacks->staging;
+    if (only_light)
+        tiles.wanted = source->shade->wanted;
+    return vit_tiles_send(gl, &tiles, stack->textures[plane], progress);
 }
 
 static bool fill_light(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
-                       const struct source *source, const struct vit_progress *progress)
+                       const struct vit_stack_source *source, const struct vit_progress *progress)
 {
-    struct vit_tiles tiles = {.what = "light",
-                              .n = source->plan->n,
-                              .layout = &stack->layout,
-                              .grid = &stack->layout.light,
-                              .span = 1,
-                              .step = 1,
-                              .voxel_bytes = 4,
-                              .type = GL_UNSIGNED_BYTE,
-                              .wanted = source->shade->wanted,
-                              .staging = &stacks->staging,
-                              .line = has_index(source->plan) ? index_line : light_line,
-                              .user = source};
-    bool good = vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_LIGHT], progress);
-    tiles.line = has_index(source->plan) ? factor_line : shine_line;
-    return good && (!stack->textures[VIT_STACK_SHINE] ||
-                    vit_tiles_send(gl, &tiles, stack->textures[VIT_STACK_SHINE], progress));
+    return fill_plane(gl, stacks, stack, source, VIT_STACK_LIGHT, true, progress) &&
+           (!stack->textures[VIT_STACK_SHINE] ||
+            fill_plane(gl, stacks, stack, source, VIT_STACK_SHINE, true, progress));
 }
 
 /* Stacks of other views stay as long as they are of use and there is room for them. */
 static void make_room(struct vit_stacks *stacks, const struct vit_plan *plan, uint64_t made_from)
 {
     uint64_t bytes = 0;
-    bool drawn[3] = {false, false, false};
-    for (int i = 0; i < plan->stack_count; i++) {
-        drawn[plan->stacks[i].axis] = true;
-        bytes += plan->stacks[i].layout.texels.bytes + plan->stacks[i].layout.light.bytes;
+    bool drawn[3] = {false, false, false}, counted[3] = {false, false, false};
+    for (int i = 0; i < plan->stack_count + plan->soon_count; i++) {
+        const struct vit_plan_stack *stack =
+            i < plan->stack_count ? &plan->stacks[i] : &plan->soon[i - plan->stack_count];
+        bytes += counted[stack->axis] ? 0 : stack->layout.texels.bytes + stack->layout.light.bytes;
+        counted[stack->axis] = true;
+        drawn[stack->axis] |= i < plan->stack_count;
     }
     for (int axis = 0; axis < 3; axis++) {
         struct vit_stack *stack = &stacks->stack[axis];
         if (!drawn[axis] && stack->made_from != made_from)
-            stack_clear(stack);
+            vit_stack_clear(stack);
         for (int plane = VIT_STACK_LIGHT; plane < VIT_STACK_PLANE_COUNT; plane++)
-            if (!drawn[axis] && !has_plane(plan, plane))
+            if (!drawn[axis] && !vit_stack_has_plane(plan, plane))
                 plane_clear(stack, plane);
-        bytes += drawn[axis] ? 0 : stack_bytes(stack);
+        bytes += counted[axis] ? 0 : vit_stack_bytes(stack);
     }
     for (int axis = 0; axis < 3; axis++)
-        if (!drawn[axis] && plan->texture_limit > 0 && bytes > plan->texture_limit) {
-            bytes -= stack_bytes(&stacks->stack[axis]);
-            stack_clear(&stacks->stack[axis]);
+        if (!counted[axis] && plan->texture_limit > 0 && bytes > plan->texture_limit) {
+            bytes -= vit_stack_bytes(&stacks->stack[axis]);
+            vit_stack_clear(&stacks->stack[axis]);
         }
+}
+
+uint64_t vit_stack_lit_from(const struct vit_shade *shade, const struct vit_plan *plan)
+{
+    return !plan->light.on ? 0 : has_index(plan) ? shade->surface_from : shade->table_from;
 }
 
 /* Whatever of a stack is not as the plan has it; `texels` are made when they are first needed. */
 static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack *stack, struct vit_texels *texels,
-                 const struct source *source, const struct vit_volume *volume, uint64_t made_from,
+                 const struct vit_stack_source *source, const struct vit_volume *volume, uint64_t made_from,
                  const struct vit_progress *progress)
 {
     const struct vit_plan *plan = source->plan;
-    uint64_t lit_from = !plan->light.on ? 0 : has_index(plan) ? source->shade->surface_from : source->shade->table_from;
+    uint64_t lit_from = vit_stack_lit_from(source->shade, plan);
     bool in_texels = plan->light.in_texels, apart = stack->textures[VIT_STACK_LIGHT];
     bool same = stack->made_from == made_from, same_light = stack->lit_from == lit_from;
     bool good = true;
@@ -261,7 +265,7 @@ static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack 
             vit_error(vit_gl_log(gl), "out of memory for the texel table");
             return false;
         }
-        good = fill_texels(gl, stacks, stack, source, same && in_texels && stack->in_texels, progress);
+        good = fill_plane(gl, stacks, stack, source, VIT_STACK_TEXELS, same && in_texels && stack->in_texels, progress);
     }
     good = good && (!apart || same_light || fill_light(gl, stacks, stack, source, progress));
     stack->made_from = good ? made_from : 0;
@@ -275,9 +279,12 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
 {
     uint64_t made_from = vit_texels_hash(plan);
     struct vit_texels texels = {0};
-    const struct source source = {&texels, shade, plan, vit_volume_samples(volume),
-                                  vit_volume_get_info(volume)->sample};
+    const struct vit_stack_source source = {&texels, shade, plan, vit_volume_samples(volume),
+                                            vit_volume_get_info(volume)->sample};
     bool good = true;
+    for (int i = 0; i < plan->stack_count && stacks->job; i++) /* it is needed at once */
+        if (plan->stacks[i].axis == vit_stack_job_axis(stacks->job))
+            vit_stack_job_end(&stacks->job, NULL);
     make_room(stacks, plan, made_from);
     if (!has_index(plan))
         vit_light2d_clear(&stacks->directions);
@@ -285,7 +292,7 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
         return false;
     for (int i = 0; i < plan->stack_count && good; i++) {
         struct vit_stack *stack = &stacks->stack[plan->stacks[i].axis];
-        good = allocate(gl, stack, plan, &plan->stacks[i].layout);
+        good = vit_stack_allocate(gl, stack, plan, &plan->stacks[i].layout);
         if (!good)
             break;
         set_filter(stack, plan);
@@ -295,18 +302,70 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
     return good;
 }
 
+/* ---- beside the frame loop --------------------------------------------------------------------------------------- */
+
+unsigned vit_stacks_there(const struct vit_stacks *stacks, const struct vit_plan *plan)
+{
+    uint64_t made_from = vit_texels_hash(plan);
+    unsigned axes = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const struct vit_stack *stack = &stacks->stack[axis];
+        bool there = stack->count > 0 && stack->made_from == made_from;
+        for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
+            there = there && (stack->textures[plane] || !vit_stack_has_plane(plan, plane));
+        axes |= there ? 1u << axis : 0;
+    }
+    return axes;
+}
+
+void vit_stacks_check(struct vit_stacks *stacks, const struct vit_shade *shade, const struct vit_plan *plan)
+{
+    if (stacks->job && !vit_stack_job_suits(stacks->job, shade, plan))
+        vit_stack_job_end(&stacks->job, NULL);
+}
+
+/* Where memory is limited a stack that is no longer wanted makes room. */
+static void drop_unwanted(struct vit_stacks *stacks, const struct vit_plan *plan)
+{
+    bool wanted = plan->texture_limit == 0;
+    for (int i = 0; i < plan->soon_count && stacks->job; i++)
+        wanted = wanted || plan->soon[i].axis == vit_stack_job_axis(stacks->job);
+    if (!wanted)
+        vit_stack_job_end(&stacks->job, NULL);
+}
+
+bool vit_stacks_advance(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_volume *volume,
+                        const struct vit_shade *shade, const struct vit_plan *plan, double ms)
+{
+    drop_unwanted(stacks, plan);
+    unsigned there = vit_stacks_there(stacks, plan);
+    for (int i = 0; i < plan->soon_count && !stacks->job; i++) {
+        const struct vit_plan_stack *soon = &plan->soon[i];
+        if (there >> soon->axis & 1)
+            continue;
+        make_room(stacks, plan, vit_texels_hash(plan));
+        stacks->job = vit_stack_job_begin(gl, &stacks->stack[soon->axis], volume, shade, plan, &soon->layout);
+        if (!stacks->job)
+            return false;
+    }
+    if (stacks->job && vit_stack_job_send(stacks->job, ms))
+        vit_stack_job_end(&stacks->job, stacks);
+    return vit_gl_check(gl, "stack beside the frames");
+}
+
 uint64_t vit_stacks_bytes(const struct vit_stacks *stacks)
 {
-    uint64_t bytes = stacks->directions.bytes;
+    uint64_t bytes = stacks->directions.bytes + vit_stack_job_bytes(stacks->job);
     for (int axis = 0; axis < 3; axis++)
-        bytes += stack_bytes(&stacks->stack[axis]);
+        bytes += vit_stack_bytes(&stacks->stack[axis]);
     return bytes;
 }
 
 void vit_stacks_clear(struct vit_stacks *stacks)
 {
+    vit_stack_job_end(&stacks->job, NULL);
     for (int axis = 0; axis < 3; axis++)
-        stack_clear(&stacks->stack[axis]);
+        vit_stack_clear(&stacks->stack[axis]);
     vit_light2d_clear(&stacks->directions);
     vit_free(stacks->staging.bytes);
     stacks->staging = (struct vit_staging){0};
@@ -381,7 +440,7 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     double low[3], high[3];
     static const GLenum units[VIT_STACK_PLANE_COUNT] = {GL_TEXTURE0, GL_TEXTURE6, GL_TEXTURE7};
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
-        if (has_plane(plan, plane)) {
+        if (vit_stack_has_plane(plan, plane)) {
             glActiveTexture(units[plane]);
             glBindTexture(GL_TEXTURE_2D, textures->textures[plane][part->texture]);
         }
@@ -403,7 +462,7 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     set_tile_from_tex(program, plan, layout, &part->brick);
     glUniform2f(program->stack_step, (GLfloat)layout->step, 1.0f / (GLfloat)layout->step);
     set_grid(program->stack_columns, program->stack_from_px, &layout->texels);
-    if (has_plane(plan, VIT_STACK_LIGHT))
+    if (vit_stack_has_plane(plan, VIT_STACK_LIGHT))
         set_grid(program->light_columns, program->light_from_px, &layout->light);
     glUniform3f(program->stack_tile, (GLfloat)layout->tile_width, (GLfloat)layout->tile_height,
                 (GLfloat)(part->brick.tiles - 1));

@@ -6,30 +6,17 @@
 /* Voxels across a tile that are transposed at once: their cache lines stay in the first-level cache. */
 #define BLOCK 64
 
-/* What is sent of a run of tiles: texels [low, high) across and down, counted from the brick's first. */
-struct part {
-    size_t low[2], high[2];
-};
-
-struct tiler {
-    const struct vit_tiles *tiles;
-    struct vit_stack_brick brick;
-    size_t first, count; /* tiles, of the brick */
-    struct part part;
-    size_t stride[3]; /* of the volume, by axis */
-};
-
-static size_t width_of(const struct part *part)
+static size_t width_of(const struct vit_tiles_part *part)
 {
     return part->high[0] - part->low[0];
 }
 
-static size_t height_of(const struct part *part)
+static size_t height_of(const struct vit_tiles_part *part)
 {
     return part->high[1] - part->low[1];
 }
 
-static size_t tile_bytes(const struct tiler *tiler)
+static size_t tile_bytes(const struct vit_tiler *tiler)
 {
     return width_of(&tiler->part) * height_of(&tiler->part) * tiler->tiles->voxel_bytes * tiler->tiles->span;
 }
@@ -37,7 +24,7 @@ static size_t tile_bytes(const struct tiler *tiler)
 /* ---- transposition ----------------------------------------------------------------------------------------------- */
 
 /* One row of all tiles. */
-static void tile_row(const struct tiler *tiler, size_t row, unsigned char *out)
+static void tile_row(const struct vit_tiler *tiler, size_t row, unsigned char *out)
 {
     const struct vit_tiles *tiles = tiler->tiles;
     const struct vit_stack_layout *layout = tiles->layout;
@@ -61,10 +48,12 @@ static void tile_row(const struct tiler *tiler, size_t row, unsigned char *out)
     }
 }
 
-static void tile_rows(const struct tiler *tiler, unsigned char *out)
+void vit_tiles_fill(const struct vit_tiler *tiler, bool parallel, unsigned char *out)
 {
     ptrdiff_t rows = (ptrdiff_t)height_of(&tiler->part);
-#pragma omp parallel for schedule(dynamic, 8) /* nobody waits long for a thread that lost its core */
+    (void)parallel; /* said below */
+    /* Nobody waits long for a thread that lost its core. */
+#pragma omp parallel for schedule(dynamic, 8) if (parallel)
     for (ptrdiff_t row = 0; row < rows; row++)
         tile_row(tiler, (size_t)row, out);
 }
@@ -73,11 +62,11 @@ static void tile_rows(const struct tiler *tiler, unsigned char *out)
 
 /* The box round the wanted bricks of the volume [low, high) by axis; in bricks, and so is what comes out. */
 static bool box_of_wanted(const struct vit_tiles *tiles, const size_t low[3], const size_t high[3], int across,
-                          int down, struct part *box)
+                          int down, struct vit_tiles_part *box)
 {
     const size_t columns = (tiles->n[0] + VIT_BRICK - 1) / VIT_BRICK, rows = (tiles->n[1] + VIT_BRICK - 1) / VIT_BRICK;
     size_t at[3];
-    *box = (struct part){{SIZE_MAX, SIZE_MAX}, {0, 0}};
+    *box = (struct vit_tiles_part){{SIZE_MAX, SIZE_MAX}, {0, 0}};
     for (at[2] = low[2]; at[2] < high[2]; at[2]++)
         for (at[1] = low[1]; at[1] < high[1]; at[1]++)
             for (at[0] = low[0]; at[0] < high[0]; at[0]++) {
@@ -93,13 +82,13 @@ static bool box_of_wanted(const struct vit_tiles *tiles, const size_t low[3], co
 }
 
 /* The part of the run of tiles that holds anything wanted. False: nothing is. */
-static bool take_part(struct tiler *tiler)
+static bool take_part(struct vit_tiler *tiler)
 {
     const struct vit_tiles *tiles = tiler->tiles;
     const struct vit_stack_layout *layout = tiles->layout;
     const struct vit_stack_brick *brick = &tiler->brick;
     const int axes[2] = {layout->across, layout->down};
-    struct part box;
+    struct vit_tiles_part box;
     for (int i = 0; i < 2; i++) {
         tiler->part.low[i] = 0;
         tiler->part.high[i] = brick->last[axes[i]] - brick->first[axes[i]] + 1;
@@ -129,10 +118,12 @@ static bool take_part(struct tiler *tiler)
 
 /* ---- textures ---------------------------------------------------------------------------------------------------- */
 
-static void send_tiles(const struct tiler *tiler, const unsigned char *staging)
+void vit_tiles_put(const struct vit_tiler *tiler, const unsigned char *staging, const GLuint *textures)
 {
     const struct vit_tiles *tiles = tiler->tiles;
     const struct vit_stack_layout *layout = tiles->layout;
+    glBindTexture(GL_TEXTURE_2D, textures[tiler->texture]);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (size_t i = 0; i < tiler->count; i++) {
         size_t tile = tiler->first + i;
         size_t column = tile % tiles->grid->columns, row = tile / tiles->grid->columns;
@@ -142,45 +133,73 @@ static void send_tiles(const struct tiler *tiler, const unsigned char *staging)
     }
 }
 
-static void send_brick(const struct vit_tiles *tiles, const size_t at[3], size_t batch, unsigned char *staging)
+/* ---- runs of tiles ----------------------------------------------------------------------------------------------- */
+
+static size_t brick_count(const struct vit_tiles *tiles)
 {
-    const size_t *n = tiles->n;
+    const size_t *bricks = tiles->layout->bricks;
+    return bricks[0] * bricks[1] * bricks[2];
+}
+
+static void enter_brick(struct vit_tiler *tiler)
+{
+    const struct vit_stack_layout *layout = tiler->tiles->layout;
+    const size_t *bricks = layout->bricks, i = tiler->texture;
+    const size_t at[3] = {i % bricks[0], i / bricks[0] % bricks[1], i / bricks[0] / bricks[1]};
+    tiler->brick = vit_stack_brick_at(layout, tiler->tiles->n, at);
+    tiler->first = tiler->count = 0;
+}
+
+struct vit_tiler vit_tiles_begin(const struct vit_tiles *tiles, size_t chunk_bytes)
+{
     const struct vit_stack_layout *layout = tiles->layout;
-    struct tiler tiler = {.tiles = tiles, .brick = vit_stack_brick_at(layout, n, at), .stride = {1, n[0], n[0] * n[1]}};
-    size_t slices = tiler.brick.last[layout->axis] - tiler.brick.first[layout->axis] + 1;
-    size_t count = tiles->span > 1 ? tiler.brick.tiles : slices;
-    for (tiler.first = 0; tiler.first < count; tiler.first += batch) {
-        tiler.count = count - tiler.first < batch ? count - tiler.first : batch;
-        if (!take_part(&tiler))
+    struct vit_tiler tiler = {.tiles = tiles, .stride = {1, tiles->n[0], tiles->n[0] * tiles->n[1]}};
+    size_t bytes = layout->tile_width * layout->tile_height * tiles->voxel_bytes * tiles->span;
+    tiler.batch = bytes < chunk_bytes ? chunk_bytes / bytes : 1;
+    /* Of few slices the box round what is wanted is narrow. */
+    tiler.batch = tiles->wanted && tiler.batch > VIT_BRICK ? VIT_BRICK : tiler.batch;
+    tiler.chunk_bytes = bytes < chunk_bytes ? chunk_bytes : bytes;
+    enter_brick(&tiler);
+    return tiler;
+}
+
+bool vit_tiles_next(struct vit_tiler *tiler)
+{
+    const struct vit_tiles *tiles = tiler->tiles;
+    const int axis = tiles->layout->axis;
+    do {
+        size_t slices = tiler->brick.last[axis] - tiler->brick.first[axis] + 1;
+        size_t count = tiles->span > 1 ? tiler->brick.tiles : slices;
+        tiler->first += tiler->count;
+        if (tiler->first >= count) {
+            if (++tiler->texture >= brick_count(tiles))
+                return false;
+            enter_brick(tiler);
             continue;
-        tile_rows(&tiler, staging);
-        send_tiles(&tiler, staging);
-    }
+        }
+        tiler->count = count - tiler->first < tiler->batch ? count - tiler->first : tiler->batch;
+    } while (tiler->count == 0 || !take_part(tiler));
+    return true;
 }
 
 bool vit_tiles_send(struct vit_gl *gl, const struct vit_tiles *tiles, const GLuint *textures,
                     const struct vit_progress *progress)
 {
-    const struct vit_stack_layout *layout = tiles->layout;
-    const size_t *bricks = layout->bricks, count = bricks[0] * bricks[1] * bricks[2];
-    size_t bytes = layout->tile_width * layout->tile_height * tiles->voxel_bytes * tiles->span;
-    size_t batch = bytes < CHUNK_BYTES ? CHUNK_BYTES / bytes : 1;
-    /* Of few slices the box round what is wanted is narrow. */
-    batch = tiles->wanted && batch > VIT_BRICK ? VIT_BRICK : batch;
-    unsigned char *staging = vit_staging_get(tiles->staging, bytes < CHUNK_BYTES ? CHUNK_BYTES : bytes);
+    struct vit_tiler tiler = vit_tiles_begin(tiles, CHUNK_BYTES);
+    unsigned char *staging = vit_staging_get(tiles->staging, tiler.chunk_bytes);
     if (!staging) {
         vit_error(vit_gl_log(gl), "%s: out of memory for the upload", tiles->what);
         return false;
     }
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (size_t i = 0; i < count; i++) {
-        const size_t at[3] = {i % bricks[0], i / bricks[0] % bricks[1], i / bricks[0] / bricks[1]};
-        glBindTexture(GL_TEXTURE_2D, textures[i]);
-        send_brick(tiles, at, batch, staging);
-        if (!vit_progress_step(progress, tiles->what, i + 1, count)) {
-            vit_error(vit_gl_log(gl), "%s: upload cancelled", tiles->what);
-            return false;
-        }
+    bool going = true;
+    while (going && vit_tiles_next(&tiler)) {
+        vit_tiles_fill(&tiler, true, staging);
+        vit_tiles_put(&tiler, staging, textures);
+        going = vit_progress_step(progress, tiles->what, tiler.texture, brick_count(tiles));
+    }
+    if (!going || !vit_progress_step(progress, tiles->what, brick_count(tiles), brick_count(tiles))) {
+        vit_error(vit_gl_log(gl), "%s: upload cancelled", tiles->what);
+        return false;
     }
     return vit_gl_check(gl, tiles->what);
 }

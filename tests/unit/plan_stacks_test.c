@@ -308,6 +308,122 @@ static void one_view_takes_one_stack(void **state)
     scene->request.one_view = false;
 }
 
+/* ---- beside a frame loop ------------------------------------------------------------------------------------------
+ */
+
+struct loop {
+    unsigned there;
+    int axis, left; /* what is being made, and for how many frames more; -1: nothing is */
+    int made, waited, makeshifts;
+};
+
+/* One frame: a stack takes `frames` of them to be made; what no longer fits goes. */
+static struct vit_plan loop_frame(struct scene *scene, struct loop *loop, double azimuth_deg, int frames)
+{
+    scene->request.beside = true;
+    scene->request.stacks_there = loop->there;
+    struct vit_plan plan = look(scene, azimuth_deg, 10);
+    uint64_t bytes = 0;
+    loop->waited += plan.waits;
+    loop->makeshifts += plan.makeshift;
+    for (int i = 0; i < plan.stack_count && !plan.waits; i++) {
+        bool there = loop->there >> plan.stacks[i].axis & 1;
+        assert_true(there || !plan.makeshift);
+        loop->waited += !there; /* made at once, by the loop itself */
+        loop->made += !there;
+        bytes += plan.stacks[i].layout.texels.bytes;
+    }
+    unsigned held = 0;
+    for (int i = 0; i < plan.stack_count; i++)
+        held |= 1u << plan.stacks[i].axis;
+    for (int i = 0; i < plan.soon_count; i++) {
+        bytes += held >> plan.soon[i].axis & 1 ? 0 : plan.soon[i].layout.texels.bytes;
+        held |= 1u << plan.soon[i].axis;
+    }
+    assert_true(plan.texture_limit == 0 || bytes <= plan.texture_limit);
+    for (int axis = 0; axis < 3; axis++) /* all stacks of this volume are of about the same size */
+        if (plan.texture_limit > 0 && (loop->there | held) >> axis & 1 && !(held >> axis & 1) &&
+            (bytes += plan.stacks[0].layout.texels.bytes) > plan.texture_limit)
+            loop->there &= ~(1u << axis);
+    if (!plan.waits && !plan.makeshift)
+        for (int i = 0; i < plan.stack_count; i++)
+            loop->there |= 1u << plan.stacks[i].axis;
+    if (loop->axis >= 0 && --loop->left <= 0) {
+        loop->there |= 1u << loop->axis;
+        loop->axis = -1;
+    } else if (loop->axis < 0 && plan.soon_count > 0 && !(loop->there >> plan.soon[0].axis & 1)) {
+        loop->axis = plan.soon[0].axis;
+        loop->left = frames;
+        loop->made++;
+    }
+    scene->request.beside = false;
+    return plan;
+}
+
+/* At 60 pictures a second a turn of ten seconds goes by 0.6 degrees; a stack may take a quarter of a second. */
+static void a_turn_waits_for_no_stack(void **state)
+{
+    struct scene *scene = *state;
+    struct loop loop = {.there = 1u << 1, .axis = -1};
+    scene->request.moving = true;
+    for (int i = 0; i < 600; i++)
+        (void)loop_frame(scene, &loop, 0.6 * i, 15);
+    print_message("# a turn in 600 frames: %d stacks made, %d frames waited, %d were drawn from others\n", loop.made,
+                  loop.waited, loop.makeshifts);
+    assert_int_equal(loop.waited, 0);
+    assert_int_equal(loop.makeshifts, 0);
+    assert_int_equal(loop.made, 1);
+    scene->request.moving = false;
+}
+
+static void a_resting_view_has_its_own_stacks(void **state)
+{
+    struct scene *scene = *state;
+    for (int azimuth = 0; azimuth < 360; azimuth += 15)
+        for (unsigned there = 0; there < 8; there++) {
+            struct loop loop = {.there = there, .axis = -1};
+            struct vit_plan plan = {.makeshift = true};
+            for (int frame = 0; frame < 40 && plan.makeshift; frame++)
+                plan = loop_frame(scene, &loop, azimuth, 10);
+            struct vit_plan want = look(scene, azimuth, 10);
+            assert_false(plan.makeshift || plan.waits);
+            assert_int_equal(plan.stack_count, want.stack_count);
+            for (int i = 0; i < want.stack_count; i++) {
+                assert_int_equal(plan.stacks[i].axis, want.stacks[i].axis);
+                assert_true(plan.stacks[i].weight == want.stacks[i].weight);
+                assert_int_equal(plan.stacks[i].slab_count, want.stacks[i].slab_count);
+            }
+            assert_int_equal(plan.slab_count, want.slab_count);
+        }
+}
+
+/* To and fro across the diagonal, and a little further: what is there stays there. */
+static void to_and_fro_makes_nothing_anew(void **state)
+{
+    struct scene *scene = *state;
+    assert_true(load(scene, 128, 128, 128));
+    struct vit_plan plan = look(scene, 0, 0);
+    uint64_t one = plan.stacks[0].layout.texels.bytes;
+    assert_int_equal(one >> 20, 5); /* of 16-bit HU in four channels: 5.3 MiB */
+    static const int limits[] = {0, 17, 12, 6};
+    for (size_t l = 0; l < VIT_ARRAY_LENGTH(limits); l++)
+        for (int reach = 3; reach <= 20; reach += 17) {
+            struct loop loop = {.there = 1u << 1, .axis = -1};
+            if (limits[l] == 6 && reach > 5)
+                continue;
+            scene->request.caps.max_texture_mib = limits[l];
+            scene->request.moving = true;
+            for (int i = 0; i < 400; i++)
+                (void)loop_frame(scene, &loop, 45 + reach * sin(0.1 * i), 10);
+            print_message("# %d MiB, to and fro by %d degrees: %d stacks made, %d frames waited\n", limits[l], reach,
+                          loop.made, loop.waited);
+            assert_int_equal(loop.waited, 0);
+            assert_int_equal(loop.made, limits[l] == 6 ? 0 : 1);
+        }
+    scene->request.moving = false;
+    scene->request.caps.max_texture_mib = 0;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -318,6 +434,9 @@ int main(void)
         cmocka_unit_test(auto_takes_stacks_where_3d_does_not_fit),
         cmocka_unit_test(a_cross_fade_gives_way_to_memory),
         cmocka_unit_test(one_view_takes_one_stack),
+        cmocka_unit_test(a_turn_waits_for_no_stack),
+        cmocka_unit_test(a_resting_view_has_its_own_stacks),
+        cmocka_unit_test(to_and_fro_makes_nothing_anew),
     };
     return cmocka_run_group_tests_name("plan_stacks", tests, setup, teardown);
 }
