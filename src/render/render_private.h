@@ -86,6 +86,18 @@ static inline void vit_uniform_vec3(GLint location, struct vit_vec3 v)
     glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
 }
 
+/* pieces.c: rectangles of bricks [low, high) by column and row, which hold whatever is wanted of a layer of them and,
+ * all together, are no larger than the box round it. One more is worth it if it saves more than `waste` bricks. */
+#define VIT_PIECES_MOST 256
+struct vit_piece {
+    size_t low[2], high[2];
+};
+struct vit_pieces {
+    struct vit_piece piece[VIT_PIECES_MOST];
+    size_t count;
+};
+void vit_pieces_find(struct vit_pieces *pieces, const uint8_t *wanted, size_t columns, size_t rows, size_t waste);
+
 /* upload.c: fills a 3D texture a batch of slices at a time. Room for a batch is kept where frames follow each other. */
 struct vit_staging {
     unsigned char *bytes;
@@ -95,7 +107,7 @@ struct vit_upload {
     const char *what;
     struct vit_staging *staging; /* the caller's to free; NULL: made and freed here */
     const size_t *n;
-    const uint8_t *wanted; /* bricks; only boxes round them are sent, eight slices at a time. NULL: everything */
+    const uint8_t *wanted; /* bricks; only they, and few between them, are sent. NULL: everything */
     size_t texel_bytes;
     GLenum layout, type;
     /* Texels of `count` voxels of a row, from number `first` of the volume on. Called by several threads at once. */

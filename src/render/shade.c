@@ -235,6 +235,21 @@ static void shade_any(const struct vit_shade *shade, const struct vit_plan *plan
     }
 }
 
+/* The same as below, voxels and texels next to each other. */
+static void shade_run(const struct vit_shade *shade, size_t place, size_t count, unsigned char *out)
+{
+    const uint16_t *index = shade->index + place;
+    const uint8_t *sure = shade->sure + place, *factor = shade->factor ? shade->factor + place : NULL;
+    const uint32_t *packed = shade->packed;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t both = packed[index[i]], s = sure[i];
+        const uint32_t body = ((both & 0xffff) * s + 0x8000) >> 16, shine = ((both >> 16) * s + 0x8000) >> 16;
+        const unsigned char texel[4] = {(unsigned char)body, (unsigned char)shine, (unsigned char)s,
+                                        factor ? factor[i] : 255};
+        memcpy(out + 4 * i, texel, 4);
+    }
+}
+
 /* Grey light, no boundaries: what most presets have. */
 static void shade_grey(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out)
 {
@@ -251,10 +266,25 @@ static void shade_grey(const struct vit_shade *shade, const struct vit_texels_li
 static void shade_known(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
                         unsigned char *out)
 {
-    if (shade->grey && !shade->weight)
+    if (shade->grey && !shade->weight && line->stride == 1 && line->out_stride == 4)
+        shade_run(shade, line->place, line->count, out);
+    else if (shade->grey && !shade->weight)
         shade_grey(shade, line, out);
     else
         shade_any(shade, plan, line, out);
+}
+
+/* Of what nobody asks for. */
+static void clear_line(const struct vit_texels_line *line, unsigned char *out)
+{
+    static const unsigned char none[4] = {0, 0, 0, 255};
+    const size_t count = line->count, stride = line->out_stride;
+    if (stride == 4)
+        for (size_t i = 0; i < count; i++) /* a loop of vectors */
+            memcpy(out + 4 * i, none, 4);
+    else
+        for (size_t i = 0; i < count; i++)
+            memcpy(out + stride * i, none, 4);
 }
 
 void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,
@@ -265,8 +295,7 @@ void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, 
         return;
     }
     const size_t row = line->place / plan->n[0], low = line->place % plan->n[0], high = low + line->count;
-    for (size_t i = 0; i < line->count; i++)
-        memcpy(out + line->out_stride * i, (const unsigned char[4]){0, 0, 0, 255}, 4); /* nobody asks for it */
+    clear_line(line, out);
     for (size_t from, end = low; vit_voxel_mask_next(&shade->mask, row, SIZE_MAX, &from, &end) && from < high;) {
         const struct vit_texels_line known = {row * plan->n[0] + from, 1, (end < high ? end : high) - from,
                                               line->out_stride};

@@ -2,95 +2,114 @@
 #include "render_private.h"
 
 #define STAGING_BYTES ((size_t)8 << 20)
-#define BOXES_MOST    16
+#define BOXES_MOST    512
+/* Rows that a thread makes before it looks for more. */
+#define ROWS_AT_ONCE 64
+/* Bricks that are sent although nobody asks for them, for one call less. */
+#define WASTE 6
 
 /* A part of the volume: [low, high) on each axis. */
 struct box {
     size_t low[3], high[3];
 };
 
-/* Slices from `first` on that go together, and of them the box round what is wanted. False: nothing is. */
-static bool next_box(const struct vit_upload *upload, size_t first, struct box *box)
-{
-    const size_t *n = upload->n;
-    size_t slices = STAGING_BYTES / (n[0] * n[1] * upload->texel_bytes);
-    slices = upload->wanted ? VIT_BRICK : slices > 0 ? slices : 1;
-    size_t end = n[2] - first < slices ? n[2] : first + slices;
-    *box = (struct box){{0, 0, first}, {n[0], n[1], end}};
-    if (!upload->wanted)
-        return true;
-    size_t columns = (n[0] + VIT_BRICK - 1) / VIT_BRICK, rows = (n[1] + VIT_BRICK - 1) / VIT_BRICK;
-    const uint8_t *wanted = upload->wanted + first / VIT_BRICK * rows * columns;
-    size_t low[2] = {columns, rows}, high[2] = {0, 0};
-    for (size_t j = 0; j < rows; j++)
-        for (size_t i = 0; i < columns; i++)
-            if (wanted[j * columns + i]) {
-                low[0] = i < low[0] ? i : low[0];
-                low[1] = j < low[1] ? j : low[1];
-                high[0] = i + 1 > high[0] ? i + 1 : high[0];
-                high[1] = j + 1;
-            }
-    for (int axis = 0; axis < 2; axis++) {
-        box->low[axis] = low[axis] * VIT_BRICK;
-        box->high[axis] = high[axis] * VIT_BRICK < n[axis] ? high[axis] * VIT_BRICK : n[axis];
-    }
-    return high[1] > 0;
-}
-
-/* Boxes that are made at once, one after the other in the staging buffer. */
+/* Boxes that are made at once, one after the other in the staging buffer: fewer and longer parallel loops, of which
+ * every one ends with threads waiting for each other. */
 struct batch {
+    const struct vit_upload *upload;
+    struct vit_gl *gl;
+    unsigned char *staging;
+    size_t room;
     struct box box[BOXES_MOST];
     size_t place[BOXES_MOST + 1], row[BOXES_MOST + 1]; /* bytes, and rows, before each */
     size_t count;
 };
 
-static void make_row(const struct vit_upload *upload, const struct batch *batch, size_t row, unsigned char *staging)
+static void make_row(const struct batch *batch, size_t b, size_t row)
 {
-    size_t b = 0;
-    while (row >= batch->row[b + 1])
-        b++;
+    const struct vit_upload *upload = batch->upload;
     const struct box *box = &batch->box[b];
     size_t width = box->high[0] - box->low[0], at = row - batch->row[b];
     size_t height = box->high[1] > box->low[1] ? box->high[1] - box->low[1] : 1; /* it is; clang-tidy asks */
     size_t j = box->low[1] + at % height, k = box->low[2] + at / height;
     upload->row(upload->user, (k * upload->n[1] + j) * upload->n[0] + box->low[0], width,
-                staging + batch->place[b] + at * width * upload->texel_bytes);
+                batch->staging + batch->place[b] + at * width * upload->texel_bytes);
 }
 
-static void send_batch(struct vit_gl *gl, const struct vit_upload *upload, const struct batch *batch,
-                       unsigned char *staging)
+static void make_rows(const struct batch *batch, size_t first)
 {
-    ptrdiff_t rows = (ptrdiff_t)batch->row[batch->count];
-#pragma omp parallel for schedule(dynamic, 64)
-    for (ptrdiff_t row = 0; row < rows; row++)
-        make_row(upload, batch, (size_t)row, staging);
+    size_t low = 0, high = batch->count, all = batch->row[batch->count];
+    size_t end = all - first < ROWS_AT_ONCE ? all : first + ROWS_AT_ONCE;
+    while (high - low > 1) { /* the box of the first row */
+        size_t middle = (low + high) / 2;
+        *(batch->row[middle] <= first ? &low : &high) = middle;
+    }
+    for (size_t row = first; row < end; row++) {
+        while (row >= batch->row[low + 1])
+            low++;
+        make_row(batch, low, row);
+    }
+}
+
+static void send_batch(struct batch *batch)
+{
+    const struct vit_upload *upload = batch->upload;
+    ptrdiff_t chunks = (ptrdiff_t)((batch->row[batch->count] + ROWS_AT_ONCE - 1) / ROWS_AT_ONCE);
+#pragma omp parallel for schedule(dynamic, 1)
+    for (ptrdiff_t chunk = 0; chunk < chunks; chunk++)
+        make_rows(batch, (size_t)chunk * ROWS_AT_ONCE);
     for (size_t b = 0; b < batch->count; b++) {
         const struct box *box = &batch->box[b];
         const size_t size[3] = {box->high[0] - box->low[0], box->high[1] - box->low[1], box->high[2] - box->low[2]};
-        vit_gl_es3_pixels_3d(gl, box->low, size, upload->layout, upload->type, staging + batch->place[b]);
+        vit_gl_es3_pixels_3d(batch->gl, box->low, size, upload->layout, upload->type, batch->staging + batch->place[b]);
     }
+    batch->count = 0;
 }
 
-/* As many boxes from slice *first on as there is room for, and at least one: fewer and longer parallel loops, of which
- * every one ends with threads waiting for each other. */
-static void next_batch(const struct vit_upload *upload, size_t *first, size_t room, struct batch *batch)
+/* There is room for a single one of any layer. */
+static void add_box(struct batch *batch, const struct box *box)
 {
-    batch->count = 0;
-    batch->place[0] = batch->row[0] = 0;
-    while (*first < upload->n[2] && batch->count < BOXES_MOST) {
-        struct box *box = &batch->box[batch->count];
-        bool any = next_box(upload, *first, box);
-        size_t rows = (box->high[1] - box->low[1]) * (box->high[2] - box->low[2]);
-        size_t bytes = rows * (box->high[0] - box->low[0]) * upload->texel_bytes;
-        if (any && batch->count > 0 && batch->place[batch->count] + bytes > room)
-            break;
-        *first = box->high[2];
-        if (!any)
-            continue;
-        batch->place[batch->count + 1] = batch->place[batch->count] + bytes;
-        batch->row[batch->count + 1] = batch->row[batch->count] + rows;
-        batch->count++;
+    size_t rows = (box->high[1] - box->low[1]) * (box->high[2] - box->low[2]);
+    size_t bytes = rows * (box->high[0] - box->low[0]) * batch->upload->texel_bytes;
+    if (batch->count == BOXES_MOST || batch->place[batch->count] + bytes > batch->room)
+        send_batch(batch);
+    batch->box[batch->count] = *box;
+    batch->place[batch->count + 1] = batch->place[batch->count] + bytes;
+    batch->row[batch->count + 1] = batch->row[batch->count] + rows;
+    batch->count++;
+}
+
+static size_t bricks_of(size_t voxels)
+{
+    return (voxels + VIT_BRICK - 1) / VIT_BRICK;
+}
+
+static size_t least_of(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Slices from `first` on that go together: as many as there is room for, or what is wanted of a layer of bricks. Where
+ * they end. */
+static size_t add_slices(struct batch *batch, size_t first)
+{
+    const struct vit_upload *upload = batch->upload;
+    const size_t *n = upload->n, columns = bricks_of(n[0]), rows = bricks_of(n[1]);
+    size_t slices = STAGING_BYTES / (n[0] * n[1] * upload->texel_bytes);
+    slices = upload->wanted ? VIT_BRICK : slices > 0 ? slices : 1;
+    const size_t end = least_of(n[2], first + slices);
+    if (!upload->wanted) {
+        add_box(batch, &(struct box){{0, 0, first}, {n[0], n[1], end}});
+        return end;
     }
+    struct vit_pieces pieces;
+    vit_pieces_find(&pieces, upload->wanted + first / VIT_BRICK * rows * columns, columns, rows, WASTE);
+    for (size_t p = 0; p < pieces.count; p++) {
+        const size_t *low = pieces.piece[p].low, *high = pieces.piece[p].high;
+        add_box(batch, &(struct box){{low[0] * VIT_BRICK, low[1] * VIT_BRICK, first},
+                                     {least_of(n[0], high[0] * VIT_BRICK), least_of(n[1], high[1] * VIT_BRICK), end}});
+    }
+    return end;
 }
 
 void vit_texture_filter(GLenum target, bool linear)
@@ -125,13 +144,14 @@ bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const st
         return false;
     }
     bool going = true;
-    struct batch batch;
+    struct batch batch = {.upload = upload, .gl = gl, .staging = staging, .room = kept->size};
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (size_t first = 0; first < n[2] && going;) {
-        next_batch(upload, &first, kept->size, &batch);
-        send_batch(gl, upload, &batch, staging);
+        first = add_slices(&batch, first);
         going = vit_progress_step(progress, upload->what, first, n[2]);
     }
+    if (going)
+        send_batch(&batch);
     vit_free(own.bytes);
     if (!going)
         vit_error(vit_gl_log(gl), "%s: upload cancelled", upload->what);
