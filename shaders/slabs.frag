@@ -48,6 +48,12 @@ uniform float clear_enough; // what is behind so much opacity is left out: 1 - o
 uniform float light_gain; // texels were lit before they were filtered, and divided by this
 #endif
 
+#ifdef VIT_COUNTED // what rays went through: slabs composited, samples looked at to find them, jumps
+#define COUNT(what) counted += what
+#else
+#define COUNT(what)
+#endif
+
 VIT_VARYING float pass_near_mm;
 
 // x: depth where the ray leaves the box toward the eye, y: where it entered. A ray in parallel to two faces (to within
@@ -184,6 +190,9 @@ void main()
 #endif
 #else
     vec4 sum = vec4(0.0);
+#ifdef VIT_COUNTED
+    vec3 counted = vec3(0.0);
+#endif
     // What loops need is copied out of the uniforms first: some drivers fetch those anew each time around.
 #ifdef VIT_OPAQUE_FRONT
     float clear = clear_enough;
@@ -210,6 +219,7 @@ void main()
 #ifdef VIT_SKIP_EMPTY
         for (int search = 0; search < VIT_SLABS_PER_PASS; search++) {
             for (int jump = 0; jump < VIT_SLABS_PER_PASS; jump++) {
+                COUNT(vec3(0.0, 0.0, 1.0));
                 float alike = slabs_alike(cell_base + DEPTH(at) * cell_along, forward, slabs_per_cell, cells, margin);
                 run = max(-alike, 1.0);
                 if (alike < 1.0)
@@ -224,6 +234,7 @@ void main()
             bool visible = false;
             front = texel_at(base + DEPTH(at) * along).r;
             for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
+                COUNT(vec3(0.0, 4.0, 0.0));
                 // Four slabs at once, so that the fetches need not wait for each other.
                 float back1 = texel_at(base + DEPTH(at + 1.0) * along).r;
                 float back2 = texel_at(base + DEPTH(at + 2.0) * along).r;
@@ -267,6 +278,7 @@ void main()
 #endif
         for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
             at += 1.0;
+            COUNT(vec3(1.0, 0.0, 0.0));
             float back_mm = DEPTH(at);
             float k = max(front_mm - back_mm, 0.0) * thicken;
 #ifdef VIT_SLAB
@@ -331,6 +343,10 @@ void main()
         if (at >= end)
             break;
     }
+#ifdef VIT_COUNTED
+    VIT_COLOR = vec4(counted, 0.0); // passes add up
+#else
     VIT_COLOR = sum;
+#endif
 #endif
 }

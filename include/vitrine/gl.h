@@ -53,6 +53,11 @@ VIT_NODISCARD bool vit_gl_target_create(struct vit_gl *gl, struct vit_gl_target 
 VIT_NODISCARD bool vit_gl_target_add_depth(struct vit_gl *gl, struct vit_gl_target *target);
 void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target);
 
+/* The GPU's time for what is drawn between the two, which wait for all that was drawn before: its clock, 0 where there
+ * is none (timer_query); and ms since, negative where there is none or something disturbed it. */
+uint64_t vit_gl_timer_start(struct vit_gl *gl);
+double vit_gl_timer_stop(struct vit_gl *gl, uint64_t start);
+
 /* GL errors since the last call, logged with `where`; true if there were none. */
 bool vit_gl_check(struct vit_gl *gl, const char *where);
 

@@ -32,7 +32,8 @@
     X(NEAREST, "of stacks: the nearest slice instead of two blended")                                                  \
     X(TABLE_BYTES, "the look-up table in two 8-bit channels each, put together and interpolated in the shader")        \
     X(FLAT_COLOR, "the look-up table holds opacity alone: all that shows has one colour")                              \
-    X(MONO, "the look-up table holds brightness and opacity")
+    X(MONO, "the look-up table holds brightness and opacity")                                                          \
+    X(COUNTED, "instead of colours: slabs composited, samples looked at to find them, jumps; no plan's")
 enum vit_feature_bit {
 #define VIT_FEATURE_BIT(name, help) VIT_FEATURE_BIT_##name,
     VIT_FEATURES(VIT_FEATURE_BIT)

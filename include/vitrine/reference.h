@@ -40,6 +40,9 @@ struct vit_reference *vit_reference_create(const struct vit_volume *volume, cons
  * applied once, as a homogeneous slab of unit_mm: α is the opacity as given, or 1-exp(-attenuation·unit_mm); luminance
  * is colour·α. A ray that misses the box, or only touches it, is all 0. */
 void vit_reference_ray(const struct vit_reference *reference, double column, double row, double rgba[4]);
+/* Of a composite in mode slabs: the plan's slabs on the ray that show anything, up to where less than
+ * plan->clear_enough of the light comes through. */
+int vit_reference_slabs_needed(const struct vit_reference *reference, double column, double row);
 void vit_reference_destroy(struct vit_reference **reference);
 
 /* Every pixel of the plan's camera: each ray split at the planes through the sample centres, at the control points' HU

@@ -6,13 +6,33 @@
 #include "vitrine/plan.h"
 #include "vitrine/volume.h"
 
+/* Passes of a frame. X(name, what it draws). */
+#define VIT_PASSES(X)                                                                                                  \
+    X(SKETCH, "sketch", "the picture, smaller")                                                                        \
+    X(FLAT, "flat", "what lies between the sketch's pixels")                                                           \
+    X(SLABS, "slabs", "rays")                                                                                          \
+    X(CLASSIFY, "classify", "what rays were reduced to")                                                               \
+    X(OVER, "over", "another stack, or what stands over the picture")
+enum vit_pass {
+#define VIT_PASS_ENUM(name, word, help) VIT_PASS_##name,
+    VIT_PASSES(VIT_PASS_ENUM)
+#undef VIT_PASS_ENUM
+        VIT_PASS_COUNT
+};
+
+struct vit_pass_name {
+    const char *word, *help;
+};
+extern const struct vit_pass_name vit_pass_names[VIT_PASS_COUNT];
+
 struct vit_render_stats {
     double setup_ms;                            /* textures and programs made so far, by all calls of prepare */
     double frame_ms;                            /* the last frame, finished */
     uint64_t texture_bytes, texture_bytes_peak; /* now; and the most after any call of prepare */
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */
     int slices;         /* slabs drawn */
-    uint64_t shown;     /* digest of the plan whose picture is there; 0: none */
+    double pass_ms[VIT_PASS_COUNT]; /* of the last frame, while vit_renderer_time_passes; negative: none, or unknown */
+    uint64_t shown;                 /* digest of the plan whose picture is there; 0: none */
 };
 
 /* A renderer keeps the volume's textures and programs as long as plans ask for the same. NULL: logged (exit 4). */
@@ -38,6 +58,8 @@ VIT_NODISCARD bool vit_renderer_present(struct vit_renderer *renderer, const str
                                         int height);
 /* Reads the last frame back: float, premultiplied, without background, initialised by this call. */
 VIT_NODISCARD bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame);
+/* From now on the GPU's time of every pass is taken, which waits for each; where the GL has timer queries. */
+void vit_renderer_time_passes(struct vit_renderer *renderer, bool on);
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer);
 void vit_renderer_destroy(struct vit_renderer **renderer);
 

@@ -124,6 +124,21 @@ const char *app_drawer_name(const struct app_scene *scene);
 VIT_NODISCARD bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, struct app *app,
                                       const struct vit_view *view);
 
+/* ---- cost.c: what a frame's parts cost ----------------------------------------------------------------------------
+ */
+
+struct app_cost {
+    double pass_ms[VIT_PASS_COUNT]; /* on the GPU; negative: not drawn, or no timer queries */
+    double transfer_ms;             /* until a changed transfer function can be drawn; negative: unknown */
+    /* In the view of the settings, per pixel that shows anything, where `counted`: slabs that rays composited, samples
+     * they looked at to find them, jumps over empty space; and slabs that show anything. */
+    bool counted;
+    double covered, composited, samples, jumps, needed; /* covered: share of all pixels */
+};
+/* False (logged): drawing failed. The reference has none of it. */
+VIT_NODISCARD bool app_cost_measure(struct app_cost *cost, struct app_scene *scene, struct app_drawer *drawer,
+                                    struct app *app);
+
 /* ---- pace.c: how much less of a moving picture is drawn ------------------------------------------------------------
  */
 

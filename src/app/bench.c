@@ -82,7 +82,7 @@ static enum vit_exit turn(struct series *series, struct app_scene *scene, struct
 }
 
 /* One object; the table is printed from it too, so that they cannot disagree. */
-static json_t *result(struct series *series, const struct app_scene *scene, const struct app_drawer *drawer,
+static json_t *result(struct series *series, const struct app_scene *scene, const struct vit_render_stats *stats,
                       const struct app *app, double setup_ms)
 {
     const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
@@ -96,11 +96,33 @@ static json_t *result(struct series *series, const struct app_scene *scene, cons
                      app_json_number(middle), "frame_ms_min", app_json_number(series->frame_ms[0]), "frame_ms_max",
                      app_json_number(series->frame_ms[series->count - 1]), "frame_cpu_ms", app_json_number(cpu),
                      "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms", app_json_number(scene->load_ms),
-                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)drawer->stats.texture_bytes,
-                     "texture_bytes_peak", (json_int_t)drawer->stats.texture_bytes_peak, "slices",
+                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)stats->texture_bytes,
+                     "texture_bytes_peak", (json_int_t)stats->texture_bytes_peak, "slices",
                      (json_int_t)median(series->slices, series->count), "fragments",
                      (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
                      (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
+}
+
+/* Null where nothing was measured. */
+static json_t *positive(double value)
+{
+    return value >= 0 ? app_json_number(value) : json_null();
+}
+
+static json_t *cost_json(const struct app_cost *cost)
+{
+    json_t *passes = json_object();
+    for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
+        if (cost->pass_ms[pass] >= 0)
+            json_object_set_new(passes, vit_pass_names[pass].word, app_json_number(cost->pass_ms[pass]));
+    json_t *object = json_pack("{s:o, s:o}", "gpu_ms", passes, "transfer_ms", positive(cost->transfer_ms));
+    json_t *rays = !cost->counted
+                       ? NULL
+                       : json_pack("{s:o, s:o, s:o, s:o, s:o}", "covered", app_json_number(cost->covered), "slabs",
+                                   app_json_number(cost->composited), "slabs_needed", app_json_number(cost->needed),
+                                   "samples", app_json_number(cost->samples), "jumps", app_json_number(cost->jumps));
+    json_object_set_new(object, "rays", rays ? rays : json_null());
+    return object;
 }
 
 static double number(const json_t *object, const char *key)
@@ -108,7 +130,27 @@ static double number(const json_t *object, const char *key)
     return json_number_value(json_object_get(object, key));
 }
 
-static void print_table(const json_t *object, const struct app_scene *scene, const struct app *app)
+static void print_cost(const struct app_cost *cost)
+{
+    bool timed = false;
+    printf("GPU        ");
+    for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
+        if (cost->pass_ms[pass] >= 0) {
+            printf(" %s %.2f ms", vit_pass_names[pass].word, cost->pass_ms[pass]);
+            timed = true;
+        }
+    puts(timed ? "" : " no timer queries here: time by pass is not known");
+    if (cost->counted)
+        printf(
+            "rays        %.1f slabs a covered pixel, %.1f of them show anything; %.1f samples and %.1f jumps to find "
+            "them; %.0f %% of the pixels are covered\n",
+            cost->composited, cost->needed, cost->samples, cost->jumps, 100 * cost->covered);
+    if (cost->transfer_ms >= 0)
+        printf("changes     %.1f ms for another transfer function\n", cost->transfer_ms);
+}
+
+static void print_table(const json_t *object, const struct app_cost *cost, const struct app_scene *scene,
+                        const struct app *app)
 {
     char geometry[128];
     app_geometry_text(vit_volume_get_info(scene->volume), geometry, sizeof geometry);
@@ -124,6 +166,7 @@ static void print_table(const json_t *object, const struct app_scene *scene, con
     printf("load        %.0f ms\n", number(object, "load_ms"));
     printf("set-up      %.0f ms\n", number(object, "setup_ms"));
     printf("slices      %.0f, %.4g fragments a frame\n", number(object, "slices"), number(object, "fragments"));
+    print_cost(cost);
     printf("textures    %.1f MiB, %.1f MiB at the peak of the turn\n", number(object, "texture_bytes") / 1048576.0,
            number(object, "texture_bytes_peak") / 1048576.0);
     printf("memory      %.1f MiB at the peak\n", number(object, "peak_rss_bytes") / 1048576.0);
@@ -141,9 +184,20 @@ static enum vit_exit measure(struct series *series, struct app_scene *scene, str
         status = turn(series, scene, &drawer, app);
     if (status != VIT_EXIT_DONE)
         goto fail;
-    json_t *object = result(series, scene, &drawer, app, setup_ms);
+    const struct vit_render_stats stats = drawer.stats;
+    json_t *object = result(series, scene, &stats, app, setup_ms);
+    struct app_cost cost;
+    if (!app_cost_measure(&cost, scene, &drawer, app)) {
+        json_decref(object);
+        status = VIT_EXIT_DISPLAY;
+        goto fail;
+    }
+    json_t *costs = cost_json(&cost);
+    if (object)
+        json_object_update(object, costs);
+    json_decref(costs);
     if (object && !app->settings->json) {
-        print_table(object, scene, app);
+        print_table(object, &cost, scene, app);
         json_decref(object);
     } else {
         status = app_json_print(app, object);

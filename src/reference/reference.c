@@ -76,6 +76,13 @@ void vit_reference_ray(const struct vit_reference *reference, double column, dou
     }
 }
 
+int vit_reference_slabs_needed(const struct vit_reference *reference, double column, double row)
+{
+    struct ref_walk walk;
+    bool composite = reference->plan->technique == VIT_TECHNIQUE_COMPOSITE;
+    return composite && ref_walk_start(&walk, reference, column, row) ? ref_slabs_needed(&walk) : 0;
+}
+
 /* ---- the scene ------------------------------------------------------------------------------------------------------
  */
 

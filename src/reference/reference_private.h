@@ -174,6 +174,7 @@ double ref_walk_hu(const struct ref_walk *walk, double at);
 
 /* slabs.c: ideal slabs; walk just started. */
 void ref_slabs_composite(const struct ref_walk *walk, double rgba[4]);
+int ref_slabs_needed(const struct ref_walk *walk);
 double ref_slabs_reduce(const struct ref_walk *walk);
 
 #endif

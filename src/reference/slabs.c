@@ -109,6 +109,38 @@ static void add_pre(struct ref_light *light, const struct ref_walk *walk, double
     add_rgba(light, rgba);
 }
 
+static void add_any(struct ref_light *light, const struct ref_walk *walk, int index, double from, double to)
+{
+    const enum vit_classify classify = walk->reference->plan->classify;
+    if (classify == VIT_CLASSIFY_SLAB)
+        add_slab(light, walk, index, from, to);
+    else if (classify == VIT_CLASSIFY_POST)
+        add_post(light, walk, from, to);
+    else
+        add_pre(light, walk, from, to);
+}
+
+int ref_slabs_needed(const struct ref_walk *walk)
+{
+    const struct vit_plan *plan = walk->reference->plan;
+    struct ref_light light = {.transmittance = 1};
+    int needed = 0;
+    for (int i = plan->slab_first + plan->slab_count - 1; i >= plan->slab_first; i--) {
+        double from, to;
+        if (light.transmittance < fmax(plan->clear_enough, walk->reference->quadrature.cut))
+            break;
+        if (!slab_part(walk, i, &from, &to))
+            continue;
+        const struct ref_light before = light;
+        add_any(&light, walk, i, from, to);
+        bool shows = light.transmittance != before.transmittance;
+        for (int c = 0; c < 3; c++)
+            shows = shows || light.color[c] != before.color[c];
+        needed += shows;
+    }
+    return needed;
+}
+
 void ref_slabs_composite(const struct ref_walk *walk, double rgba[4])
 {
     const struct vit_plan *plan = walk->reference->plan;
@@ -119,12 +151,7 @@ void ref_slabs_composite(const struct ref_walk *walk, double rgba[4])
             break;
         if (!slab_part(walk, i, &from, &to))
             continue;
-        if (plan->classify == VIT_CLASSIFY_SLAB)
-            add_slab(&light, walk, i, from, to);
-        else if (plan->classify == VIT_CLASSIFY_POST)
-            add_post(&light, walk, from, to);
-        else
-            add_pre(&light, walk, from, to);
+        add_any(&light, walk, i, from, to);
     }
     for (int c = 0; c < 3; c++)
         rgba[c] = light.color[c];

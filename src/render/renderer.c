@@ -5,6 +5,12 @@
 #include "render_private.h"
 #include "vitrine/proxy.h"
 
+const struct vit_pass_name vit_pass_names[VIT_PASS_COUNT] = {
+#define PASS_NAME(name, word, help) {word, help},
+    VIT_PASSES(PASS_NAME)
+#undef PASS_NAME
+};
+
 struct vit_renderer {
     struct vit_gl *gl;
     const struct vit_volume *volume;
@@ -22,6 +28,7 @@ struct vit_renderer {
     struct vit_mesh mesh;
     GLuint buffer;
     struct vit_render_stats stats;
+    bool times_passes;
 };
 
 struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_volume *volume)
@@ -442,6 +449,18 @@ static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *p
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+static uint64_t pass_begin(const struct vit_renderer *renderer)
+{
+    return renderer->times_passes ? vit_gl_timer_start(renderer->gl) : 0;
+}
+
+static void pass_end(struct vit_renderer *renderer, enum vit_pass pass, uint64_t began)
+{
+    double ms = began ? vit_gl_timer_stop(renderer->gl, began) : -1, *sum = &renderer->stats.pass_ms[pass];
+    if (ms >= 0)
+        *sum = (*sum > 0 ? *sum : 0) + ms;
+}
+
 /* The picture by one stack, or by the 3D texture (stack NULL), into `target`. */
 static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
                          const struct vit_gl_target *target)
@@ -453,14 +472,19 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         vit_mesh_build(&renderer->mesh, plan);
     bool sketch = plan->sketch && renderer->mesh.vertex_count > 0;
     if (sketch) {
+        uint64_t began = pass_begin(renderer);
         clear_target(&renderer->surface->sketch);
         draw_slabs(renderer, plan, stack, &renderer->surface->sketch, plan->sketch);
+        pass_end(renderer, VIT_PASS_SKETCH, began);
     }
+    uint64_t began = pass_begin(renderer);
     clear_target(reduce ? &renderer->surface->reduced : target);
     if (sketch) {
         vit_sketch_fill(&renderer->sketch, plan, &renderer->surface->sketch, target, &renderer->mesh);
         glEnable(GL_DEPTH_TEST);
         glDepthMask(GL_FALSE);
+        pass_end(renderer, VIT_PASS_FLAT, began);
+        began = pass_begin(renderer);
     }
     if (renderer->mesh.vertex_count > 0)
         draw_slabs(renderer, plan, stack, target, 1);
@@ -468,8 +492,12 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         glDisable(GL_DEPTH_TEST);
         glDepthMask(GL_TRUE);
     }
-    if (reduce)
+    pass_end(renderer, VIT_PASS_SLABS, began);
+    if (reduce) {
+        began = pass_begin(renderer);
         draw_reduced(renderer, plan, target);
+        pass_end(renderer, VIT_PASS_CLASSIFY, began);
+    }
     /* A pass may hold more than there are. */
     int slabs = plan->slabs_per_pass < plan->slab_count ? plan->slabs_per_pass : plan->slab_count;
     renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * slabs);
@@ -480,6 +508,8 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     uint64_t start = vit_clock_ns();
     struct vit_surface *surface = renderer->surface;
     renderer->stats.fragments = 0;
+    for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
+        renderer->stats.pass_ms[pass] = -1;
     if (is_shown(renderer, plan)) {
         renderer->stats.frame_ms = 0;
         return true;
@@ -489,12 +519,16 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     for (int i = 1; i < plan->stack_count; i++) {
         draw_picture(renderer, plan, &plan->stacks[i], &surface->other);
         shown += plan->stacks[i].weight;
+        uint64_t began = pass_begin(renderer);
         vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target,
                         plan->stacks[i].weight / shown);
+        pass_end(renderer, VIT_PASS_OVER, began);
     }
     if (plan->overlay) { /* empty */
+        uint64_t began = pass_begin(renderer);
         clear_target(&surface->other);
         vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target, 0);
+        pass_end(renderer, VIT_PASS_OVER, began);
     }
     glFinish();
     renderer->stats.shown = plan->digest;
@@ -512,6 +546,11 @@ bool vit_renderer_present(struct vit_renderer *renderer, const struct vit_plan *
 bool vit_renderer_read(struct vit_renderer *renderer, struct vit_frame *frame)
 {
     return vit_read_target(renderer->gl, &renderer->surface->target, frame);
+}
+
+void vit_renderer_time_passes(struct vit_renderer *renderer, bool on)
+{
+    renderer->times_passes = on;
 }
 
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer)

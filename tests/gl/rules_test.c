@@ -1,5 +1,6 @@
 /* Rules of the plan that leave work out: a picture with a rule on and one with it off (--keep) are the same to the bit,
  * or to the bound that the plan states. */
+#include "vitrine/reference.h"
 #include "vitrine/render.h"
 
 #include <math.h>
@@ -209,10 +210,45 @@ static void sketches_are_refined(void **state)
     }
 }
 
+/* What rays composite is what shows anything, and a slab or two at the ends of its stretches. */
+static void rays_composite_little_else_than_what_shows(void **state)
+{
+    struct fixture *f = *state;
+    struct vit_reference_params params = vit_reference_params_default();
+    double needed = 0, composited = 0, samples = 0;
+    int fewer = 0, covered = 0;
+    assert_true(fixture_load(f, "head"));
+    f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bone;
+    f->preset.transfer.count = VIT_ARRAY_LENGTH(bone);
+    struct vit_plan plan = plan_of(f, &rules[0], &ways[1], false, 0);
+    plan.features |= VIT_FEATURE(COUNTED);
+    struct vit_frame frame = fixture_draw(f, &plan);
+    params.mode = VIT_REFERENCE_SLABS;
+    struct vit_reference *reference = vit_reference_create(f->volume, &plan, &params, &f->log);
+    assert_non_null(reference);
+    for (int pixel = 0; pixel < frame.width_px * frame.height_px; pixel += 3) {
+        int want = vit_reference_slabs_needed(reference, pixel % frame.width_px, pixel / frame.width_px);
+        const float *went = frame.rgba + (size_t)pixel * 4;
+        assert_true(went[0] <= (float)plan.slab_count && went[1] <= 8 * (float)plan.slab_count);
+        fewer += (int)went[0] < want - 1; /* rounding */
+        covered += want > 0;
+        needed += want;
+        composited += want > 0 ? (double)went[0] : 0;
+        samples += want > 0 ? (double)went[1] : 0;
+    }
+    print_message("# of %d slabs %.2f a pixel show anything, %.2f are composited, %.2f samples looked at\n",
+                  plan.slab_count, needed / covered, composited / covered, samples / covered);
+    assert_true(covered > 100 && fewer < covered / 50);
+    assert_true(composited < 1.5 * needed && samples < 0.6 * plan.slab_count * covered);
+    vit_reference_destroy(&reference);
+    vit_frame_clear(&frame);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rules_leave_pictures_as_they_are),
+        cmocka_unit_test(rays_composite_little_else_than_what_shows),
         cmocka_unit_test(sketches_are_refined),
     };
     return cmocka_run_group_tests_name("rules", tests, fixture_setup, fixture_teardown);

@@ -207,7 +207,7 @@ for key in sys.argv[1].split():
     fi
 }
 if command -v python3 >/dev/null; then
-    keys='renderer path frames frame_ms_median frame_ms_min frame_ms_max load_ms setup_ms texture_bytes slices fragments peak_rss_bytes left_out'
+    keys='renderer path frames frame_ms_median frame_ms_min frame_ms_max load_ms setup_ms texture_bytes slices fragments peak_rss_bytes left_out gpu_ms transfer_ms rays'
     has_json "bench --json has the fields that the design names" bench phantom:block --frames 2 --size 32x32 --json
     keys='path path_why texel target slab_mm slab_count left_out'
     has_json "plan --json" plan phantom:block --json
