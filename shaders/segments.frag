@@ -23,11 +23,11 @@ void main()
 #else
 void main()
 {
-    vec2 at = gl_FragCoord.xy / side;
-    vec3 light = vec3(0.0);
+    // Three channels that differ, at both ends: else the compiler works out one for all of some methods.
+    vec3 at = vec3(gl_FragCoord.xy, gl_FragCoord.x + gl_FragCoord.y) / side, light = vec3(0.0);
     for (int i = 0; i < VIT_SEGMENTS; i++) {
-        light = segment_light(light, at.xyx, at.yxy, at.x, at.y, depth);
-        at = fract(at + vec2(0.618, 0.414));
+        light = segment_light(light, at, at.yzx, at.x, at.y, depth);
+        at = fract(at + vec3(0.618, 0.414, 0.732));
     }
     VIT_COLOR = vec4(light, 1.0);
 }

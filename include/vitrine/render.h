@@ -73,7 +73,7 @@ VIT_NODISCARD bool vit_render_segment_grid(struct vit_gl *gl, int side, double d
 VIT_NODISCARD bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, int side, double length,
                                             float *light);
 /* Time of a picture of 256×256 fragments of so many segments [1, 64] each, of lengths up to `length`. thin: the form
- * that is exact for mean depths to 4 only, of exact-attenuation. */
+ * that is exact for mean depths to 5 only, of exact-attenuation. */
 struct vit_segment_time {
     double ms_median, ms_min, ms_max;
     int segments;

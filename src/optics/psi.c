@@ -8,79 +8,131 @@
 #pragma clang diagnostic ignored "-Wpass-failed"
 #endif
 
-#define VIT_PSI_FUNCTION  static inline __attribute__((always_inline))
-#define VIT_F(x)          x##f
-#define VIT_PSI_EXP(x)    vit_exp_negative(x)
-#define VIT_PSI_SQRT(x)   sqrtf(x)
-#define VIT_PSI_MIN(x, y) ((x) < (y) ? (x) : (y))
-#define VIT_PSI_MAX(x, y) ((x) > (y) ? (x) : (y)) /* of NaN and 0: 0 */
+#define VIT_PSI_FUNCTION static inline __attribute__((always_inline))
+#define VIT_F(x)         x##f
+#define VIT_PSI_SQRT(x)  sqrtf(x)
 
 #include "../../shaders/psi.glsl"
 
+/* gcc makes one instruction of these where `limit` is a variable, four where it is a constant: hence the struct, which
+ * it cannot see through. NaN gives the limit in all but the last. */
+#define LEAST(x, limit)  ((x) < (limit) ? (x) : (limit))
+#define MOST(x, limit)   ((x) > (limit) ? (x) : (limit))
+#define WITHIN(x, limit) ((limit) < (x) ? (limit) : (x))
+
+struct limits {
+    float zero, one, exponent, sum, half; /* the last two: sum of depths and e^-s/2 where deep segments are cut */
+};
+static const volatile struct limits the_limits = {0, 1, -80, 24, 2.478752177e-3f};
+
+/* What is worked out of a segment before Psi is. */
+struct depths {
+    float sum, difference, half; /* a + b, a - b, e^-(a+b)/4 */
+};
+
+static inline __attribute__((always_inline)) struct depths depths_of(float a, float b, const struct limits *limits)
+{
+    a = MOST(a, limits->zero), b = MOST(b, limits->zero);
+    struct depths d = {a + b, a - b, 0};
+    d.half = vit_exp_negative(MOST(-0.25f * d.sum, limits->exponent));
+    return d;
+}
+
+/* Depths without end come here as NaN, and leave as zeta. */
+static inline __attribute__((always_inline)) float psi_clamped(float psi, float zeta, const struct limits *limits)
+{
+    psi = WITHIN(psi, limits->one);
+    return MOST(psi, zeta);
+}
+
+static inline __attribute__((always_inline)) float psi_whole(float sum, float difference, float half, float part,
+                                                             const struct limits *limits)
+{
+    return part * vit_psi_whole(LEAST(sum, limits->sum), difference, MOST(half, limits->half));
+}
+
+#define THIN 10.0f /* sum of depths that vit_psi_thin serves */
+
 float vit_zeta_float(float a, float b)
 {
-    float e = vit_psi_half(vit_psi_clamp(a), vit_psi_clamp(b));
-    return e * e;
-}
-
-/* Neither selects a path by a branch: loops over them vectorise. */
-static inline float psi_thin(float a, float b, float e)
-{
-    float s = 0.5f * (a + b), c = 0.5f * (a - b);
-    return e * vit_psi_thin(s * s, c);
-}
-
-static inline float psi_clamped(float psi, float zeta)
-{
-    return VIT_PSI_MAX(zeta, VIT_PSI_MIN(psi, 1.0f));
+    struct limits limits = the_limits;
+    struct depths d = depths_of(a, b, &limits);
+    return d.half * d.half;
 }
 
 float vit_psi_float(float a, float b)
 {
-    a = vit_psi_clamp(a), b = vit_psi_clamp(b);
-    float e = vit_psi_half(a, b);
-    float psi = a + b <= 8.0f ? psi_thin(a, b, e) : vit_psi_thick(a, b, 0.5f * (a - b), e);
-    return psi_clamped(psi, e * e);
-}
-
-/* Small enough to stay in the first cache, long enough to amortise the test for a thick one. */
-#define BLOCK 64
-
-static void psi_block(size_t count, const float *a, const float *b, float *zeta, float *psi)
-{
-    float back[BLOCK], front[BLOCK], half[BLOCK];
-    int deep = 0;
-#pragma omp simd reduction(| : deep)
-    for (size_t i = 0; i < count; i++) {
-        back[i] = vit_psi_clamp(a[i]);
-        front[i] = vit_psi_clamp(b[i]);
-        deep |= back[i] + front[i] > 8.0f;
-        float e = vit_psi_half(back[i], front[i]);
-        half[i] = e;
-        zeta[i] = e * e;
-        psi[i] = psi_clamped(psi_thin(back[i], front[i], e), e * e);
-    }
-    if (!deep)
-        return;
-#pragma omp simd
-    for (size_t i = 0; i < count; i++) {
-        float e = half[i], x = back[i], y = front[i];
-        float thick = psi_clamped(vit_psi_thick(x, y, 0.5f * (x - y), e), e * e);
-        psi[i] = x + y <= 8.0f ? psi[i] : thick;
-    }
+    float zeta, psi;
+    vit_zeta_psi_array(1, &a, &b, &zeta, &psi);
+    return psi;
 }
 
 void vit_zeta_array(size_t count, const float *a, const float *b, float *zeta)
 {
+    struct limits limits = the_limits;
 #pragma omp simd
     for (size_t i = 0; i < count; i++) {
-        float e = vit_psi_half(vit_psi_clamp(a[i]), vit_psi_clamp(b[i]));
-        zeta[i] = e * e;
+        struct depths d = depths_of(a[i], b[i], &limits);
+        zeta[i] = d.half * d.half;
     }
+}
+
+/* Small enough to stay in the first cache. Several short loops take less time than one long one: a processor has more
+ * of their rounds in hand at once. */
+#define BLOCK 64
+struct block {
+    float sum[BLOCK], difference[BLOCK], half[BLOCK], part[BLOCK];
+};
+
+static void block_thin(const struct block *block, size_t count, const struct limits *limits, const float *zeta,
+                       float *psi)
+{
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float p = vit_psi_thin(block->sum[i], block->difference[i], block->half[i]);
+        psi[i] = psi_clamped(p, zeta[i], limits);
+    }
+}
+
+static void block_whole(struct block *block, size_t count, const struct limits *limits, const float *b,
+                        const float *zeta, float *psi)
+{
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float part = vit_psi_part(MOST(b[i], limits->zero), block->difference[i]);
+        part = LEAST(part, limits->one);
+        block->part[i] = part;
+        block->difference[i] *= part * part;
+    }
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float p = psi_whole(block->sum[i], block->difference[i], block->half[i], block->part[i], limits);
+        psi[i] = psi_clamped(p, zeta[i], limits);
+    }
+}
+
+static void block_integrate(size_t count, const float *a, const float *b, float *zeta, float *psi)
+{
+    struct limits limits = the_limits;
+    struct block block;
+    int deep = 0;
+#pragma omp simd reduction(| : deep)
+    for (size_t i = 0; i < count; i++) {
+        struct depths d = depths_of(a[i], b[i], &limits);
+        block.sum[i] = d.sum;
+        block.difference[i] = d.difference;
+        block.half[i] = d.half;
+        zeta[i] = d.half * d.half;
+        deep |= d.sum > THIN;
+    }
+    if (deep)
+        block_whole(&block, count, &limits, b, zeta, psi);
+    else
+        block_thin(&block, count, &limits, zeta, psi);
 }
 
 void vit_zeta_psi_array(size_t count, const float *a, const float *b, float *zeta, float *psi)
 {
     for (size_t i = 0; i < count; i += BLOCK)
-        psi_block(count - i < BLOCK ? count - i : BLOCK, a + i, b + i, zeta + i, psi + i);
+        block_integrate(count - i < BLOCK ? count - i : BLOCK, a + i, b + i, zeta + i, psi + i);
 }

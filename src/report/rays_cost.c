@@ -214,7 +214,7 @@ static bool shader_row(struct report *report, struct vit_gl *gl, const struct vi
     if (!vit_render_segment_time(gl, method, thin, per_fragment, 1, &time))
         return false;
     snprintf(name, sizeof name, "shader %d a fragment", per_fragment);
-    snprintf(label, sizeof label, "%s%s", method->name, thin ? " to depth 4" : "");
+    snprintf(label, sizeof label, "%s%s", method->name, thin ? " to depth 5" : "");
     struct report_row *row = report_add(report, name, label);
     if (!thin)
         shader_errors(gl, method, row);

@@ -118,7 +118,7 @@ static void test_cost(void **state)
                     vit_render_segment_time(*state, exact, true, counts[i], 2, &times[1]) &&
                     vit_render_segment_time(*state, exact, false, counts[i], 2, &times[2]));
         print_message(
-            "# GLSL, %d a fragment: averaging %.3f ms, exact to depth 4 %.3f (%.2f times), exact %.3f (%.2f times)\n",
+            "# GLSL, %d a fragment: averaging %.3f ms, exact to depth 5 %.3f (%.2f times), exact %.3f (%.2f times)\n",
             counts[i], times[0].ms_min, times[1].ms_min, times[1].ms_min / times[0].ms_min, times[2].ms_min,
             times[2].ms_min / times[0].ms_min);
     }

@@ -56,7 +56,7 @@ static void take_float(struct worst *psi, struct worst *zeta, struct worst *thin
     double exact = vit_psi(a, b), got = vit_psi_float(a, b), s = 0.5 * ((double)a + b);
     worst_take(psi, fabs(got - exact), a, b);
     worst_take(zeta, fabs(vit_zeta_float(a, b) - vit_zeta(a, b)), a, b);
-    if (s <= 4)
+    if (s <= 5)
         worst_take(thin, fabs(got - exact) / fmin(1, s + 0.25), a, b);
     if (!(got <= 1 && got >= (double)vit_zeta_float(a, b)))
         worst_take(psi, INFINITY, a, b);
@@ -71,8 +71,8 @@ static void test_float(void **state)
             take_float(&psi, &zeta, &thin, (float)(i < 400 ? 5 * i / (400.0 - i) : INFINITY),
                        (float)(j < 400 ? 5 * j / (400.0 - j) : INFINITY));
             take_float(&psi, &zeta, &thin, (float)pow(10, (i - 200) / 10.0), (float)pow(10, (j - 200) / 10.0));
-            take_float(&psi, &zeta, &thin, (float)(8.2 * i / 400),
-                       (float)(8.2 * j / 400)); /* across the seam at s = 4 */
+            take_float(&psi, &zeta, &thin, (float)(12.6 * i / 400),
+                       (float)(12.6 * j / 400)); /* across the seams at s = 5 and 12 */
         }
         float x = (float)pow(10, (i - 200) / 6.0);
         take_float(&psi, &zeta, &thin, x, nextafterf(x, INFINITY));
@@ -104,7 +104,8 @@ static void test_ends(void **state)
     assert_true(vit_psi_float(INFINITY, 0) <= 1e-6f && vit_psi_float(0, INFINITY) <= 1e-6f);
 }
 
-/* Arrays give what single calls give, whatever the length and however thick and thin mix. */
+/* Arrays give what single calls give, whatever the length and however thick and thin mix: within the bound of each, as
+ * the deepest segment of a block decides which of two forms serves it. */
 static void test_array(void **state)
 {
     (void)state;
@@ -125,7 +126,7 @@ static void test_array(void **state)
         }
     }
     print_message("# arrays and single calls differ by at most %.3g\n", worst);
-    assert_true(worst <= 1e-7);
+    assert_true(worst <= 1e-6);
 }
 
 int main(void)
