@@ -23,6 +23,12 @@ const struct vit_log *vit_gl_log(const struct vit_gl *gl);
  * file names and lines). */
 unsigned vit_gl_program_create(struct vit_gl *gl, const char *name, const char *const *defines);
 
+/* Where a text about what is best on this GL may be kept, beside the linked programs: a file named after `name`, `key`
+ * and the driver, in $VITRINE_CACHE or as the README says. NULL: nowhere. Free with vit_free. */
+char *vit_gl_cache_path(const struct vit_gl *gl, const char *name, uint64_t key);
+/* Removes the oldest file of its kind where there are too many. */
+void vit_gl_cache_trim(const char *path);
+
 /* A 2D texture of RGBA texels, bound, unfiltered, clamped to its edge. internal_format: GL_RGBA8, GL_RGBA16F,
  * GL_RGBA32F or GL_RGBA16_EXT, as far as the capabilities have them; on ES 2 its unsized equivalent is used. ES 3 also:
  * floats and half floats of one or two channels. False: logged with `where`. Pixels are sent as GL_RGBA (GL_RED, GL_RG)

@@ -31,6 +31,7 @@ struct vit_render_stats {
     uint64_t texture_bytes, texture_bytes_peak; /* now; and the most after any call of prepare */
     uint64_t fragments; /* pixels shaded × slabs each, of the last frame (counted from the polygons' area) */
     int slices;         /* slabs drawn */
+    uint64_t frames;    /* drawn so far; a picture that is there already is not, and these are still its figures */
     double pass_ms[VIT_PASS_COUNT]; /* of the last frame, while vit_renderer_time_passes; negative: none, or unknown */
     uint64_t shown;                 /* digest of the plan whose picture is there; 0: none */
 };

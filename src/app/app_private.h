@@ -124,6 +124,12 @@ const char *app_drawer_name(const struct app_scene *scene);
 VIT_NODISCARD bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, struct app *app,
                                       const struct vit_view *view);
 
+/* quality_cache.c: what was chosen before for the scene as planned, of these ways; NULL: nowhere. vit_free. */
+char *app_quality_path(const struct app_scene *scene, const struct app *app, const void *ways, size_t bytes);
+/* One of `count` ways, and its error. False: not known. */
+VIT_NODISCARD bool app_quality_recall(const char *path, size_t count, size_t *way, double *error);
+void app_quality_keep(const char *path, size_t way, double error);
+
 /* ---- cost.c: what a frame's parts cost ----------------------------------------------------------------------------
  */
 

@@ -1,6 +1,6 @@
 /* --max-error: the cheapest way to draw this scene whose error is small enough. Ways are tried in the order of their
  * cost, against the same views drawn with four times the slabs and nothing left out of them. No time is measured: the
- * same scene on the same GL always gets the same way. */
+ * same scene on the same GL always gets the same way, and it is kept (quality_cache.c). */
 #include "app_private.h"
 
 #include <math.h>
@@ -71,32 +71,57 @@ static bool choose_for(struct app_scene *scene, struct app_drawer *drawer, struc
     return good;
 }
 
-bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, struct app *app,
-                        const struct vit_view *view)
+/* The cheapest way that keeps to the bound in every view that counts, and the largest error of it. */
+static bool try_ways(struct app_scene *scene, struct app_drawer *drawer, struct app *app, const struct vit_view *view,
+                     double slabs, size_t *way, double *worst)
 {
-    double bound = app->settings->max_error, slabs = scene->preset->sampling.slices_per_voxel, worst = 0;
-    if (!(bound > 0) || !drawer->renderer || scene->preset->technique != VIT_TECHNIQUE_COMPOSITE)
-        return true;
-    size_t way = 0;
-    bool moving = scene->moving, good = true;
-    scene->moving = false;
-    scene->sketch = 0;
-    for (int i = 0; i < (app->settings->command == VIT_COMMAND_SNAPSHOT ? 1 : VIEWS) && good; i++) {
+    int views = app->settings->command == VIT_COMMAND_SNAPSHOT ? 1 : VIEWS;
+    for (int i = 0; i < views; i++) {
         struct vit_view turned = *view;
         double error = 0;
         turned.azimuth_rad += i * 70 * M_PI / 180;
-        good = choose_for(scene, drawer, app, &turned, slabs, &way, &error);
-        worst = fmax(worst, error);
+        if (!choose_for(scene, drawer, app, &turned, slabs, way, &error))
+            return false;
+        *worst = fmax(*worst, error);
     }
-    take_way(scene, &ways[way], slabs);
-    scene->moving = moving;
-    if (!good || app_scene_plan(scene, app, view) != VIT_EXIT_DONE)
-        return false;
+    return true;
+}
+
+static void say_choice(const struct app_scene *scene, const struct app *app, double worst, bool known, const char *path)
+{
+    double bound = app->settings->max_error;
     if (worst > bound)
         vit_warn(&app->log, "--max-error %g: the best there is has an RMS error of %.3g", bound, worst);
     else
-        vit_info(&app->log, "--max-error %g: sketch %d, flat to %g, %g slabs per voxel: RMS error %.3g", bound,
+        vit_info(&app->log, "--max-error %g: sketch %d, flat to %g, %g slabs per voxel: RMS error %.3g%s", bound,
                  scene->preset->sampling.sketch, scene->preset->sampling.flat, scene->preset->sampling.slices_per_voxel,
-                 worst);
-    return true;
+                 worst, known ? "; known from an earlier run (VITRINE_CACHE=off tries again)" : "");
+    if (path)
+        vit_debug(&app->log, "--max-error: %s %s", known ? "known from" : "kept in", path);
+}
+
+bool app_quality_choose(struct app_scene *scene, struct app_drawer *drawer, struct app *app,
+                        const struct vit_view *view)
+{
+    double slabs = scene->preset->sampling.slices_per_voxel, worst = 0;
+    if (!(app->settings->max_error > 0) || !drawer->renderer || scene->preset->technique != VIT_TECHNIQUE_COMPOSITE)
+        return true;
+    size_t way = 0;
+    bool moving = scene->moving;
+    scene->moving = false;
+    scene->sketch = 0;
+    if (app_scene_plan(scene, app, view) != VIT_EXIT_DONE)
+        return false;
+    char *path = app_quality_path(scene, app, ways, sizeof ways);
+    bool known = app_quality_recall(path, VIT_ARRAY_LENGTH(ways), &way, &worst);
+    bool good = known || try_ways(scene, drawer, app, view, slabs, &way, &worst);
+    take_way(scene, &ways[way], slabs);
+    scene->moving = moving;
+    good = good && app_scene_plan(scene, app, view) == VIT_EXIT_DONE;
+    if (good && !known)
+        app_quality_keep(path, way, worst);
+    if (good)
+        say_choice(scene, app, worst, known, path);
+    vit_free(path);
+    return good;
 }

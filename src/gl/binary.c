@@ -69,6 +69,17 @@ static char *open_folder(void)
     return NULL;
 }
 
+char *vit_gl_cache_path(const struct vit_gl *gl, const char *name, uint64_t key)
+{
+    uint64_t driver = vit_gl_driver_hash(gl);
+    char *folder = open_folder();
+    char *path = folder ? vit_strprintf("%s/%s-%016llx.txt", folder, name,
+                                        (unsigned long long)vit_gl_hash(key, &driver, sizeof driver))
+                        : NULL;
+    vit_free(folder);
+    return path;
+}
+
 static char *path_of(const struct vit_gl *gl, const char *name, uint64_t key)
 {
     char *folder = gl->caps.program_binary ? open_folder() : NULL;
@@ -133,8 +144,9 @@ unsigned vit_gl_binary_load(struct vit_gl *gl, const char *name, uint64_t key)
 }
 
 /* Keeps the folder small: another driver or version leaves its programs behind. */
-static void remove_oldest(const char *path)
+void vit_gl_cache_trim(const char *path)
 {
+    const char *kind = strrchr(path, '.');
     char *folder = vit_strdup(path), *slash = folder ? strrchr(folder, '/') : NULL, *oldest = NULL;
     if (slash)
         *slash = '\0';
@@ -143,7 +155,7 @@ static void remove_oldest(const char *path)
     int count = 0;
     for (struct dirent *entry; entries && (entry = readdir(entries));) {
         const char *end = strrchr(entry->d_name, '.');
-        char *file = end && strcmp(end, ".program") == 0 ? vit_strprintf("%s/%s", folder, entry->d_name) : NULL;
+        char *file = end && kind && strcmp(end, kind) == 0 ? vit_strprintf("%s/%s", folder, entry->d_name) : NULL;
         struct stat status;
         bool is_older = file && stat(file, &status) == 0 && (count++ == 0 || status.st_mtime < oldest_time);
         if (is_older)
@@ -178,7 +190,7 @@ void vit_gl_binary_save(struct vit_gl *gl, unsigned program, const char *name, u
         good = fwrite(&header, sizeof header, 1, stream) == 1 && fwrite(data, (size_t)bytes, 1, stream) == 1;
         if (good && vit_outfile_commit(&file)) {
             vit_debug(gl->log, "shader %s: program kept in %s", name, path);
-            remove_oldest(path);
+            vit_gl_cache_trim(path);
         }
         vit_outfile_destroy(&file);
     }

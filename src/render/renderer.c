@@ -507,13 +507,12 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
 {
     uint64_t start = vit_clock_ns();
     struct vit_surface *surface = renderer->surface;
+    if (is_shown(renderer, plan))
+        return true;
     renderer->stats.fragments = 0;
+    renderer->stats.frames++;
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         renderer->stats.pass_ms[pass] = -1;
-    if (is_shown(renderer, plan)) {
-        renderer->stats.frame_ms = 0;
-        return true;
-    }
     draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
     double shown = plan->stack_count > 0 ? plan->stacks[0].weight : 1;
     for (int i = 1; i < plan->stack_count; i++) {

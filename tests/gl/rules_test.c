@@ -129,9 +129,9 @@ static struct vit_frame draw(struct fixture *f, const struct rule *rule, const s
         plan = plan_of(f, rule, way, keep, vit_renderer_stats(f->renderer).shown);
         assert_int_equal(plan.still, !keep);
     }
+    uint64_t before = vit_renderer_stats(f->renderer).frames;
     struct vit_frame frame = fixture_draw(f, &plan);
-    if (plan.still)
-        assert_int_equal(vit_renderer_stats(f->renderer).fragments, 0);
+    assert_int_equal(vit_renderer_stats(f->renderer).frames - before, !plan.still);
     return frame;
 }
 

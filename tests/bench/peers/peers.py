@@ -46,14 +46,13 @@ def say(text):
 
 
 def run(command, cost=None):
-    """What it prints; None: it failed. cost: gets its ms and the MB of its largest process."""
+    """What it prints; None: it failed. cost: gets its ms."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         start = time.monotonic()
         child = subprocess.Popen(command, stdout=out, stderr=err)
-        _, status, used = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
+        child.wait()
         if cost is not None:
-            cost.update(first_ms=1e3 * (time.monotonic() - start), memory_mb=used.ru_maxrss / 1e3)
+            cost.update(first_ms=1e3 * (time.monotonic() - start))
         out.seek(0); err.seek(0)
         if child.returncode != 0:
             say("peers: skipped: %s: %s" % (" ".join(command[:4]), (err.read().strip() or "?").splitlines()[-1]))
@@ -159,7 +158,8 @@ class Ours:
 
     def times(self, scene):
         text = run(self.command("bench", scene, "0,0") + ["--frames", str(self.frames), "--json"])
-        return text and (lambda o: (o["frame_ms_median"], o["frame_ms_min"], o["transfer_ms"], o["frame_cpu_ms"]))(json.loads(text))
+        return text and (lambda o: (o["frame_ms_median"], o["frame_ms_min"], o["transfer_ms"], o["frame_cpu_ms"],
+                                 o["peak_rss_bytes"] / 1e6))(json.loads(text))
 
     def picture(self, scene, cost=None):
         path = os.path.join(self.args.out, "ours.nrrd")
@@ -207,7 +207,7 @@ class Peer:
     def times(self, scene):
         text = self.run(scene, 0, self.frames)
         return text and (lambda o: (o["frame_ms_median"], o["frame_ms_min"], o["setup_ms"] if self.opacity else None,
-                                    o["frame_cpu_ms"]))(json.loads(text.splitlines()[-1]))
+                                    o["frame_cpu_ms"], o["memory_mb"]))(json.loads(text.splitlines()[-1]))
 
     def picture(self, scene, cost=None):
         if self.run(scene, ERROR_AZIMUTH, 0, cost) is None:
@@ -287,9 +287,9 @@ def measure(scene, kept, args):
         if isinstance(tool, OursAtError) and scene.name not in OursAtError.chosen:
             continue
         found = kept.get(key(tool, "error", *tool.way(scene)), lambda: error_of(tool, scene, args)) if not tool.lit else None
-        found = found or dict(error=None, first_ms=None, memory_mb=None)
+        found = found or dict(error=None, first_ms=None)
         pairs.append((tool, dict(found, scene=scene.name, program=tool.name, lit=int(tool.lit), frames=tool.frames, times=[],
-                                 least=[], setup=[], cpu=[])))
+                                 least=[], setup=[], cpu=[], memory=[])))
     for round_ in range(args.rounds):
         for tool, row in pairs:
             def times():
@@ -298,7 +298,7 @@ def measure(scene, kept, args):
                 return tool.times(scene)
             found = kept.get(key(tool, "times", tool.frames, round_, *tool.way(scene)), times) if round_ == 0 or row["times"] else None
             if found:
-                for name, value in zip(("times", "least", "setup", "cpu"), found):
+                for name, value in zip(("times", "least", "setup", "cpu", "memory"), found):
                     row[name].append(value)
     rows = [row for _, row in pairs]
     unlit = {row["program"]: row["error"] for row in rows if not row["lit"]}
@@ -316,6 +316,7 @@ def factors(rows):
         row["cpu_ms"] = statistics.median(row["cpu"]) if row["cpu"] else None
         row["factor"] = statistics.median(a / b for a, b in zip(row["times"], ours["times"])) if ours else None
         row["cpu_factor"] = row["cpu_ms"] / statistics.median(ours["cpu"]) if ours and row["cpu"] else None
+        row["memory_mb"] = max(row["memory"]) if row["memory"] else None
         row["transfer_ms"] = statistics.median(row["setup"]) if row["setup"] and row["setup"][0] is not None else None
 
 
@@ -323,7 +324,7 @@ def given(rows):
     """The browser's figures, where its scene was measured."""
     scenes = {row["scene"] for row in rows}
     return [dict(scene=scene, program=name, lit=lit, frames=None, times=[ms], least=[ms], setup=[], cpu=[], error=None,
-                 first_ms=first, memory_mb=memory) for scene, name, lit, ms, first, memory in GIVEN if scene in scenes]
+                 first_ms=first, memory=[memory]) for scene, name, lit, ms, first, memory in GIVEN if scene in scenes]
 
 
 def better_peers(rows):

@@ -140,6 +140,20 @@ static void write_picture(const char *path, const unsigned char *image, int size
     fclose(out);
 }
 
+/* Largest resident size so far [MB]. */
+static double memory_mb(void)
+{
+    char line[256];
+    double kb = 0;
+    FILE *status = fopen("/proc/self/status", "r");
+    while (status && fgets(line, sizeof line, status))
+        if (strncmp(line, "VmHWM:", 6) == 0)
+            kb = strtod(line + 6, NULL);
+    if (status)
+        fclose(status);
+    return kb / 1e3;
+}
+
 int main(int argc, char **argv)
 {
     static float ramp[256], flat[VP_GRAD_MAX + 1], table[3 * (VP_NORM_MAX + 1)];
@@ -190,7 +204,7 @@ int main(int argc, char **argv)
     double cpu_ms = 1e3 * (double)(clock() - cpu) / CLOCKS_PER_SEC / count;
     qsort(ms, (size_t)count, sizeof *ms, by_value);
     printf("{\"peer\": \"VolPack\", \"setup_ms\": %.1f, \"frame_ms_median\": %.2f, \"frame_ms_min\": %.2f, "
-           "\"frame_ms_max\": %.2f, \"frame_cpu_ms\": %.2f}\n",
-           classify_ms, ms[count / 2], ms[0], ms[count - 1], cpu_ms);
+           "\"frame_ms_max\": %.2f, \"frame_cpu_ms\": %.2f, \"memory_mb\": %.1f}\n",
+           classify_ms, ms[count / 2], ms[0], ms[count - 1], cpu_ms, memory_mb());
     return 0;
 }

@@ -51,7 +51,8 @@ first = draw(azimuth)
 cpu = time.process_time()
 ms = [draw(azimuth + 360.0 * i / frames) for i in range(frames)] or [first]
 cpu = 1e3 * (time.process_time() - cpu) / max(frames, 1)
-print(json.dumps(dict(peer="VTK " + vtk.vtkVersion().GetVTKVersion(), setup_ms=first, frame_ms_median=float(np.median(ms)),
+memory = [int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM")][0] / 1e3
+print(json.dumps(dict(memory_mb=memory, peer="VTK " + vtk.vtkVersion().GetVTKVersion(), setup_ms=first, frame_ms_median=float(np.median(ms)),
                       frame_ms_min=min(ms), frame_ms_max=max(ms), frame_cpu_ms=cpu)))
 if frames == 0:
     grab = vtk.vtkWindowToImageFilter(); grab.SetInput(win); grab.ReadFrontBufferOff()
