@@ -17,7 +17,13 @@ uniform vec2 light_columns;    // as of texels, in texels.glsl; cut into the sam
 uniform vec2 light_from_px;
 #else
 uniform highp usampler3D light; // r: direction; g: sure and, in the upper byte, weight; b: factor
-uniform sampler2D light_table;  // body and shine in r and g; under colours two tables, one over the other
+#ifdef VIT_LIGHT_COLOR
+uniform sampler2D light_table; // body, and in a second table over the first shine
+#else
+uniform highp usampler2D light_table; // body in the lower, shine in the upper 16 bits
+#endif
+uniform vec2 light_from_entry; // 1 / size of that texture
+uniform vec3 light_size;       // voxels
 #endif
 #else
 #ifdef VIT_STACKS
@@ -121,20 +127,22 @@ Light light_at(vec3 position)
 #endif
 }
 #elif defined(VIT_LIGHT_INDEX)
-Light light_of(ivec3 voxel)
+// Of the voxel there. `texture` all along, where texelFetch would do: drivers on a CPU take twice as long for that, to
+// find the level of every pixel.
+Light light_of(vec3 position)
 {
-    uvec3 texel = texelFetch(light, voxel, 0).rgb;
-    ivec2 entry = ivec2(int(texel.r & 255u), int(texel.r >> 8u));
+    uvec3 texel = texture(light, position).rgb;
+    vec2 entry = (vec2(texel.r & 255u, texel.r >> 8u) + 0.5) * light_from_entry;
     Light here = Light(vec3(0.0), vec3(0.0), 1.0, 1.0);
 #ifdef VIT_LIGHT_COLOR
-    here.body = texelFetch(light_table, entry, 0).rgb;
+    here.body = texture(light_table, entry).rgb;
 #ifdef VIT_LIGHT_SHINE
-    here.shine = texelFetch(light_table, entry + ivec2(0, textureSize(light_table, 0).y / 2), 0).rgb;
+    here.shine = texture(light_table, entry + vec2(0.0, 0.5)).rgb;
 #endif
 #else
-    vec2 both = texelFetch(light_table, entry, 0).rg;
-    here.body = vec3(both.r);
-    here.shine = vec3(both.g);
+    uint both = texture(light_table, entry).r;
+    here.body = vec3(float(both & 65535u) * (light_scale.x / 65535.0));
+    here.shine = vec3(float(both >> 16u) * (light_scale.y / 65535.0));
 #endif
 #ifdef VIT_LIGHT_WEIGHT
     float weight = float(texel.g >> 8u) / 255.0 * light_scale.w;
@@ -152,16 +160,16 @@ Light light_of(ivec3 voxel)
 
 Light light_at(vec3 position)
 {
-    ivec3 size = textureSize(light, 0);
 #ifdef VIT_LIGHT_SMOOTH
-    vec3 place = position * vec3(size) - 0.5;
+    vec3 place = position * light_size - 0.5;
     vec3 low = floor(place);
     vec3 share = place - low;
+    vec3 from = (low + 0.5) / light_size, step_to = 1.0 / light_size;
     Light sum = Light(vec3(0.0), vec3(0.0), 0.0, 0.0);
     for (int i = 0; i < 8; i++) {
-        ivec3 side = ivec3(i & 1, i >> 1 & 1, i >> 2);
-        vec3 part = mix(1.0 - share, share, vec3(side));
-        Light here = light_of(clamp(ivec3(low) + side, ivec3(0), size - 1));
+        vec3 side = vec3(i & 1, i >> 1 & 1, i >> 2);
+        vec3 part = mix(1.0 - share, share, side);
+        Light here = light_of(from + side * step_to);
         float weight = part.x * part.y * part.z;
         sum.factor += weight * here.factor;
         weight *= here.sure;
@@ -174,7 +182,7 @@ Light light_at(vec3 position)
     sum.shine = known ? sum.shine / sum.sure : vec3(0.0);
     return sum;
 #else
-    return light_of(clamp(ivec3(floor(position * vec3(size))), ivec3(0), size - 1));
+    return light_of(position);
 #endif
 }
 #else

@@ -13,7 +13,7 @@ vec4 sketch_at(vec2 texel)
 
 void main()
 {
-    vec2 at = gl_FragCoord.xy * texel_per_px - 0.5;
+    vec2 at = (gl_FragCoord.xy - 0.5) * texel_per_px; // the first pixels of both are the same ray
     vec2 low = clamp(floor(at), vec2(0.0), sketch_size - 1.0), high = min(low + 1.0, sketch_size - 1.0);
     vec2 share = clamp(at - low, 0.0, 1.0);
     vec4 a = sketch_at(low), b = sketch_at(vec2(high.x, low.y));

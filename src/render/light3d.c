@@ -1,10 +1,9 @@
 /* The light of voxels as 3D textures: their colours (reshade), or the numbers of their directions and a table of what
  * directions look like. */
+#include <math.h>
 #include <string.h>
 
 #include "render_private.h"
-
-#define TABLE_WIDTH 256 /* shaders/light.glsl */
 
 struct format {
     GLenum internal_format, layout, type;
@@ -106,13 +105,21 @@ static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_form
     return vit_gl_check(gl, where);
 }
 
-/* Body and shine of every direction; under coloured lights shine has a table of its own below body's. */
-static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade)
+static uint32_t share_of(double value, double most)
 {
-    size_t entries = vit_sphere_count(shade->sphere) + 1, rows = (entries + TABLE_WIDTH - 1) / TABLE_WIDTH;
-    size_t channels = shade->grey ? 2 : 4, height = shade->grey ? rows : 2 * rows, half = rows * TABLE_WIDTH;
-    GLenum layout = shade->grey ? GL_RG : GL_RGBA;
-    float *texels = vit_staging_get(&light->staging, height * TABLE_WIDTH * channels * sizeof *texels);
+    return (uint32_t)lrint(65535 * fmin(1, fmax(0, value / most)));
+}
+
+/* Body and shine of every direction. Grey: 16 bits each, as shares of the most there is, which is one fetch; under
+ * coloured lights floats, and shine has a table of its own below body's. */
+static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
+                       const struct vit_plan *plan)
+{
+    size_t entries = vit_sphere_count(shade->sphere) + 1,
+           rows = (entries + VIT_LIGHT_TABLE_WIDTH - 1) / VIT_LIGHT_TABLE_WIDTH;
+    size_t half = rows * VIT_LIGHT_TABLE_WIDTH, height = shade->grey ? rows : 2 * rows;
+    size_t bytes = shade->grey ? half * sizeof(uint32_t) : 8 * half * sizeof(float);
+    void *texels = vit_staging_get(&light->staging, bytes);
     if (!texels) {
         vit_error(vit_gl_log(gl), "out of memory for a table of %zu directions", entries);
         return false;
@@ -120,23 +127,25 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
     for (size_t i = 0; i < entries; i++) {
         const struct vit_lit *lit = &shade->table[i];
         if (shade->grey) {
-            texels[2 * i] = lit->body[0];
-            texels[2 * i + 1] = lit->shine[0];
+            ((uint32_t *)texels)[i] =
+                share_of(lit->body[0], plan->light.body_max) | share_of(lit->shine[0], plan->light.shine_max) << 16;
             continue;
         }
-        memcpy(texels + 4 * i, lit->body, sizeof lit->body);
-        memcpy(texels + 4 * (half + i), lit->shine, sizeof lit->shine);
+        memcpy((float *)texels + 4 * i, lit->body, sizeof lit->body);
+        memcpy((float *)texels + 4 * (half + i), lit->shine, sizeof lit->shine);
     }
+    light->table_height = (int)height;
     if (light->second) {
         glBindTexture(GL_TEXTURE_2D, light->second);
     } else {
         light->second = make_texture(gl, GL_TEXTURE_2D, "table of directions");
         if (light->second)
-            vit_gl_es3_storage_2d(gl, shade->grey ? GL_RG32F : GL_RGBA32F, TABLE_WIDTH, (GLsizei)height);
+            vit_gl_es3_storage_2d(gl, shade->grey ? GL_R32UI : GL_RGBA32F, VIT_LIGHT_TABLE_WIDTH, (GLsizei)height);
         vit_texture_filter(GL_TEXTURE_2D, false);
     }
     if (light->second)
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, (GLsizei)height, layout, GL_FLOAT, texels);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, VIT_LIGHT_TABLE_WIDTH, (GLsizei)height,
+                        shade->grey ? GL_RED_INTEGER : GL_RGBA, shade->grey ? GL_UNSIGNED_INT : GL_FLOAT, texels);
     return light->second && vit_gl_check(gl, "table of directions");
 }
 
@@ -162,7 +171,7 @@ static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_
         bool good =
             light->index_from == shade->surface_from || send_rows(gl, light, &rows, format, index_row, progress);
         light->index_from = good ? shade->surface_from : 0;
-        return good && send_table(gl, light, shade);
+        return good && send_table(gl, light, shade, plan);
     }
     if (!send_rows(gl, light, &rows, format, light_row, progress))
         return false;

@@ -121,8 +121,10 @@ VIT_NODISCARD bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *up
                                   const struct vit_progress *progress);
 
 /* light3d.c: the light of voxels as 3D textures, lit or as numbers of directions with their table. */
+#define VIT_LIGHT_TABLE_WIDTH 256 /* of the table of directions; shaders/light.glsl */
 struct vit_light3d {
     GLuint texture, second; /* second: shine, or the table of directions */
+    int table_height;
     uint64_t shape, made_from, index_from;
     uint64_t bytes;
     struct vit_staging staging; /* for textures and tables that change with the view */
@@ -166,7 +168,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
     X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(flat_color) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
-    X(light_shine) X(light_table) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
+    X(light_shine) X(light_table) X(light_from_entry) X(light_size) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
     X(stack_columns) X(stack_tile) X(stack_from_px)

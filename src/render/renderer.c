@@ -133,8 +133,8 @@ static bool prepare_sketch(struct vit_renderer *renderer, const struct vit_plan 
         return true;
     return vit_sketch_prepare(renderer->gl, &renderer->sketch) &&
            prepare_size(renderer, &renderer->surface->sketch, plan,
-                        (plan->camera.width_px + plan->sketch - 1) / plan->sketch,
-                        (plan->camera.height_px + plan->sketch - 1) / plan->sketch);
+                        (plan->camera.width_px - 2 + plan->sketch) / plan->sketch + 1,
+                        (plan->camera.height_px - 2 + plan->sketch) / plan->sketch + 1);
 }
 
 static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_plan *plan)
@@ -285,7 +285,8 @@ static void set_axis(const struct vit_program *program, const struct vit_plan *p
                          (struct vit_vec3){plan->flat_color[0], plan->flat_color[1], plan->flat_color[2]});
 }
 
-/* px: pixels of the picture per pixel of the target. */
+/* px: pixels of the picture per pixel of the target; the first of both are the same ray. What lies between four of a
+ * sketch's pixels then is whole blocks of those that drivers on a CPU shade together. */
 static void set_uniforms(const struct vit_program *program, const struct vit_plan *plan,
                          const struct vit_gl_target *target, int px)
 {
@@ -313,12 +314,13 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     vit_uniform_vec3(program->draw_low, (struct vit_vec3){plan->draw_low[0], plan->draw_low[1], plan->draw_low[2]});
     vit_uniform_vec3(program->draw_high, (struct vit_vec3){plan->draw_high[0], plan->draw_high[1], plan->draw_high[2]});
     glUniform1f(program->clear_enough, (float)plan->clear_enough);
-    double width_px = (double)target->width * px, height_px = (double)target->height * px;
+    double width_px = (double)target->width * px, height_px = (double)target->height * px, beyond_px = px - 1;
     glUniform2f(program->clip_from_px, (float)(2 / width_px), (float)(2 / height_px));
-    glUniform2f(program->clip_middle, (float)(camera->width_px / width_px - 1),
-                (float)(camera->height_px / height_px - 1));
+    glUniform2f(program->clip_middle, (float)((camera->width_px + beyond_px) / width_px - 1),
+                (float)((camera->height_px + beyond_px) / height_px - 1));
     glUniform1f(program->px_per_fragment, (float)px);
-    glUniform2f(program->middle_px, 0.5f * (float)camera->width_px, 0.5f * (float)camera->height_px);
+    glUniform2f(program->middle_px, (float)(0.5 * (camera->width_px + beyond_px)),
+                (float)(0.5 * (camera->height_px + beyond_px)));
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
     glUniform1f(program->texel_mm, (float)plan->slab_mm);
@@ -334,7 +336,7 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     }
 }
 
-static void set_light(const struct vit_program *program, const struct vit_plan *plan)
+static void set_light(const struct vit_program *program, const struct vit_light3d *light3d, const struct vit_plan *plan)
 {
     const struct vit_plan_light *light = &plan->light;
     if (plan->features & VIT_FEATURE(LIGHT_GAIN))
@@ -346,6 +348,10 @@ static void set_light(const struct vit_program *program, const struct vit_plan *
     glUniform1i(program->light_table, 7);
     glUniform4f(program->light_scale, (GLfloat)light->body_max, (GLfloat)light->shine_max, (GLfloat)light->factor_max,
                 (GLfloat)light->weight_max);
+    if (plan->features & VIT_FEATURE(LIGHT_INDEX) && plan->path == VIT_PATH_3D) {
+        glUniform2f(program->light_from_entry, 1.0f / VIT_LIGHT_TABLE_WIDTH, 1.0f / (GLfloat)light3d->table_height);
+        glUniform3f(program->light_size, (GLfloat)plan->n[0], (GLfloat)plan->n[1], (GLfloat)plan->n[2]);
+    }
     glUniform1f(program->light_ambient, (GLfloat)light->model.material.ambient);
 }
 
@@ -413,7 +419,7 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
     const struct vit_program *program = &renderer->program;
     glUseProgram(program->name);
     set_uniforms(program, plan, target, px);
-    set_light(program, plan);
+    set_light(program, &renderer->light3d, plan);
     if (stack) {
         vit_stacks_set_rays(program, plan, stack);
         glUniform2f(program->occupancy_from_px, 1.0f / (GLfloat)renderer->occupancy.width,

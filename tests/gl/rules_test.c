@@ -186,7 +186,7 @@ static void sketches_are_refined(void **state)
 {
     static const struct {
         double flat, bound;
-    } levels[] = {{-1, 0}, {0, 0.04}, {0.05, 0.04}, {0.2, 0.05}, {1, 0.15}};
+    } levels[] = {{-1, 0}, {0, 0.04}, {0.05, 0.04}, {0.2, 0.06}, {1, 0.15}};
     struct fixture *f = *state;
     assert_true(fixture_load(f, "head"));
     for (size_t l = 0; l < VIT_ARRAY_LENGTH(levels); l++) {
