@@ -7,8 +7,6 @@
 
 #include "plan_private.h"
 
-#define ABOVE 1 /* the least that is visible */
-#define BELOW 2 /* the greatest */
 /* [rad]: 16 times a slab's thickness */
 #define WAY_ASIDE_MOST 1.508
 
@@ -60,50 +58,123 @@ struct lit {
     ptrdiff_t reach;
 };
 
-static void class_row(const struct lit *lit, size_t first, size_t count, uint8_t *restrict out)
+/* Slices that one thread goes through with those within reach: a bit for each voxel that is above the least that is
+ * visible, and one for each that is below the greatest, in rows of words as the mask has them. */
+#define SLICES 16
+struct bits {
+    size_t rows, words; /* of a slice; in a row */
+    uint64_t *class[2]; /* of the slices */
+    uint64_t *near[2];  /* of one slice: what stands within reach along k */
+    uint64_t *wide[2];  /* of one row: along j, too */
+};
+
+/* Eight bytes of 0 or 1 to eight bits. */
+static uint64_t pack(const uint8_t bytes[8])
+{
+    uint64_t eight;
+    memcpy(&eight, bytes, sizeof eight);
+    return eight * UINT64_C(0x0102040810204080) >> 56;
+}
+
+#define COMPARE(type)                                                                                                  \
+    do {                                                                                                               \
+        const type *raw = (const type *)lit->samples + first;                                                          \
+        _Pragma("omp simd") for (size_t i = 0; i < count; i++)                                                         \
+        {                                                                                                              \
+            above[i] = raw[i] > low;                                                                                   \
+            below[i] = raw[i] < high;                                                                                  \
+        }                                                                                                              \
+    } while (0)
+
+/* Up to 64 voxels from `first` on. */
+static void class_word(const struct lit *lit, size_t first, size_t count, uint64_t word[2])
 {
     /* Samples are whole numbers of 16 bits: > low is >= floor(low) + 1. */
     const int low = (int)fmax(-70000, fmin(70000, floor(lit->low))),
               high = (int)fmax(-70000, fmin(70000, ceil(lit->high)));
-    if (lit->info->sample == VIT_SAMPLE_I16) {
-        const int16_t *raw = (const int16_t *)lit->samples + first;
-        for (size_t i = 0; i < count; i++)
-            out[i] |= (uint8_t)((raw[i] > low ? ABOVE : 0) | (raw[i] < high ? BELOW : 0));
-    } else {
-        const uint16_t *raw = (const uint16_t *)lit->samples + first;
-        for (size_t i = 0; i < count; i++)
-            out[i] |= (uint8_t)((raw[i] > low ? ABOVE : 0) | (raw[i] < high ? BELOW : 0));
+    uint8_t above[64] = {0}, below[64] = {0};
+    if (lit->info->sample == VIT_SAMPLE_I16)
+        COMPARE(int16_t);
+    else
+        COMPARE(uint16_t);
+    word[0] = word[1] = 0;
+    for (unsigned byte = 0; byte < 8; byte++) {
+        word[0] |= pack(above + 8 * (size_t)byte) << 8 * byte;
+        word[1] |= pack(below + 8 * (size_t)byte) << 8 * byte;
     }
 }
 
-static void or_row(uint8_t *restrict out, const uint8_t *restrict in, size_t count)
+static void class_slice(const struct lit *lit, ptrdiff_t k, const struct bits *bits, size_t at)
 {
-    for (size_t i = 0; i < count; i++)
-        out[i] |= in[i];
+    const size_t *n = lit->info->n;
+    for (size_t j = 0; j < bits->rows; j++)
+        for (size_t w = 0; w < bits->words; w++) {
+            uint64_t word[2];
+            size_t first = w * 64, count = n[0] - first < 64 ? n[0] - first : 64;
+            class_word(lit, ((size_t)k * n[1] + j) * n[0] + first, count, word);
+            for (int c = 0; c < 2; c++)
+                bits->class[c][(at * bits->rows + j) * bits->words + w] = word[c];
+        }
 }
 
-/* One slice: what stands within reach along k, then j, then i. near, wide: of a slice and `reach` bytes beyond. */
-static void fill_slice(const struct lit *lit, ptrdiff_t k, uint8_t *near, uint8_t *wide, struct vit_voxel_mask *mask)
+static void or_words(uint64_t *restrict out, const uint64_t *restrict in, size_t count)
 {
-    const size_t *n = lit->info->n, slice = n[0] * n[1];
-    const ptrdiff_t rows = (ptrdiff_t)n[1], slices = (ptrdiff_t)n[2], reach = lit->reach;
-    memset(near, 0, slice);
-    for (ptrdiff_t from = k - reach; from <= k + reach; from++)
-        if (from >= 0 && from < slices)
-            class_row(lit, (size_t)from * slice, slice, near);
+    for (size_t w = 0; w < count; w++)
+        out[w] |= in[w];
+}
+
+/* What stands within `reach` bits of word w of a row. */
+static uint64_t reached(const uint64_t *row, size_t words, size_t w, ptrdiff_t reach)
+{
+    uint64_t out = row[w];
+    for (size_t shift = 1; shift <= (size_t)reach; shift++) {
+        size_t whole = shift / 64, part = shift % 64;
+        out |= w >= whole ? row[w - whole] << part : 0;
+        out |= part > 0 && w >= whole + 1 ? row[w - whole - 1] >> (64 - part) : 0;
+        out |= w + whole < words ? row[w + whole] >> part : 0;
+        out |= part > 0 && w + whole + 1 < words ? row[w + whole + 1] << (64 - part) : 0;
+    }
+    return out;
+}
+
+/* Slice k, whose classes are the at-th: what stands within reach along k, then j, then i. */
+static void fill_slice(const struct lit *lit, ptrdiff_t k, ptrdiff_t first, ptrdiff_t count, const struct bits *bits,
+                       struct vit_voxel_mask *mask)
+{
+    const size_t slice = bits->rows * bits->words, last = lit->info->n[0] % 64;
+    const ptrdiff_t rows = (ptrdiff_t)bits->rows, reach = lit->reach;
+    for (int c = 0; c < 2; c++) {
+        memset(bits->near[c], 0, slice * sizeof *bits->near[c]);
+        for (ptrdiff_t from = k - reach; from <= k + reach; from++)
+            if (from >= first && from < first + count)
+                or_words(bits->near[c], bits->class[c] + (size_t)(from - first) * slice, slice);
+    }
     for (ptrdiff_t j = 0; j < rows; j++) {
-        memset(wide, 0, n[0] + 2 * (size_t)reach);
-        for (ptrdiff_t from = j - reach; from <= j + reach; from++)
-            if (from >= 0 && from < rows)
-                or_row(wide + reach, near + (size_t)from * n[0], n[0]);
-        uint8_t *out = wide + n[0] + 2 * (size_t)reach;
-        memset(out, 0, n[0]);
-        for (size_t shift = 0; shift <= 2 * (size_t)reach; shift++)
-            or_row(out, wide + shift, n[0]);
-        uint64_t *words = mask->words + ((size_t)k * n[1] + (size_t)j) * mask->row_words;
-        for (size_t i = 0; i < n[0]; i++)
-            words[i / 64] |= (uint64_t)(out[i] == (ABOVE | BELOW)) << i % 64;
+        for (int c = 0; c < 2; c++) {
+            memset(bits->wide[c], 0, bits->words * sizeof *bits->wide[c]);
+            for (ptrdiff_t from = j - reach; from <= j + reach; from++)
+                if (from >= 0 && from < rows)
+                    or_words(bits->wide[c], bits->near[c] + (size_t)from * bits->words, bits->words);
+        }
+        uint64_t *words = mask->words + ((size_t)k * bits->rows + (size_t)j) * mask->row_words;
+        for (size_t w = 0; w < bits->words; w++)
+            words[w] = reached(bits->wide[0], bits->words, w, reach) & reached(bits->wide[1], bits->words, w, reach);
+        if (last > 0)
+            words[bits->words - 1] &= (UINT64_C(1) << last) - 1;
     }
+}
+
+/* SLICES slices from `begin` on. */
+static void fill_slices(const struct lit *lit, ptrdiff_t begin, const struct bits *bits, struct vit_voxel_mask *mask)
+{
+    const ptrdiff_t slices = (ptrdiff_t)lit->info->n[2];
+    ptrdiff_t end = begin + SLICES < slices ? begin + SLICES : slices;
+    ptrdiff_t first = begin > lit->reach ? begin - lit->reach : 0;
+    ptrdiff_t after = end + lit->reach < slices ? end + lit->reach : slices;
+    for (ptrdiff_t k = first; k < after; k++)
+        class_slice(lit, k, bits, (size_t)(k - first));
+    for (ptrdiff_t k = begin; k < end; k++)
+        fill_slice(lit, k, first, after - first, bits, mask);
 }
 
 bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct vit_volume *volume, int reach,
@@ -114,15 +185,23 @@ bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct vit_volume *v
     double a = (plan->visible_hu[0] - rounding - info->intercept) / info->slope;
     double b = (plan->visible_hu[1] + rounding - info->intercept) / info->slope;
     const struct lit lit = {info, vit_volume_samples(volume), fmin(a, b), fmax(a, b), reach};
-    const size_t slice = info->n[0] * info->n[1], row = 2 * (info->n[0] + (size_t)reach);
     const ptrdiff_t slices = (ptrdiff_t)info->n[2];
-    uint8_t *scratch = vit_alloc((size_t)omp_get_max_threads(), slice + row);
+    const size_t words = mask->row_words, slice = info->n[1] * words;
+    size_t held = SLICES + 2 * (size_t)reach;
+    held = held < info->n[2] ? held : info->n[2];
+    const size_t one = (held + 1) * slice + words;
+    uint64_t *scratch = vit_alloc((size_t)omp_get_max_threads(), 2 * one * sizeof *scratch);
     if (!scratch)
         return false;
-#pragma omp parallel for schedule(dynamic, 4)
-    for (ptrdiff_t k = 0; k < slices; k++) {
-        uint8_t *near = scratch + (size_t)omp_get_thread_num() * (slice + row);
-        fill_slice(&lit, k, near, near + slice, mask);
+#pragma omp parallel for schedule(dynamic)
+    for (ptrdiff_t begin = 0; begin < slices; begin += SLICES) {
+        uint64_t *own = scratch + (size_t)omp_get_thread_num() * 2 * one, *other = own + one;
+        const struct bits bits = {info->n[1],
+                                  words,
+                                  {own, other},
+                                  {own + held * slice, other + held * slice},
+                                  {own + (held + 1) * slice, other + (held + 1) * slice}};
+        fill_slices(&lit, begin, &bits, mask);
     }
     vit_free(scratch);
     return true;
