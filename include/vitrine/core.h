@@ -99,6 +99,8 @@ bool vit_fault(void);
 /* Monotonic time [ns]; peak resident memory of this process so far [bytes] (0 where unknown). */
 uint64_t vit_clock_ns(void);
 uint64_t vit_memory_peak_bytes(void);
+/* The memory that this process may have [bytes]: the machine's, or what its container is held to (0 where unknown). */
+uint64_t vit_memory_limit_bytes(void);
 
 /* ---- geometry in double precision (patient space is DICOM LPS in mm) ------------------------------------ */
 

@@ -1,8 +1,8 @@
-/* Log, progress and clock. */
+/* Log, progress, clock, and how much memory there is. */
 #include "vitrine/core.h"
 
 #include <stdlib.h>
-#include <sys/resource.h>
+#include <string.h>
 #include <time.h>
 
 void vit_log_print(const struct vit_log *log, enum vit_log_level level, const char *format, ...)
@@ -33,10 +33,34 @@ uint64_t vit_clock_ns(void)
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
+/* The number in a file, after `word` where there is one; 0 where there is none. */
+static uint64_t number_in(const char *path, const char *word)
+{
+    char line[256];
+    uint64_t number = 0;
+    FILE *file = fopen(path, "r");
+    size_t length = strlen(word);
+    while (file && number == 0 && fgets(line, sizeof line, file))
+        if (strncmp(line, word, length) == 0)
+            number = strtoull(line + length, NULL, 10);
+    if (file)
+        fclose(file);
+    return number;
+}
+
+/* Not getrusage's: that counts from before this program took its process over. */
 uint64_t vit_memory_peak_bytes(void)
 {
-    struct rusage usage;
-    if (getrusage(RUSAGE_SELF, &usage) != 0)
-        return 0;
-    return (uint64_t)usage.ru_maxrss * 1024u;
+    return number_in("/proc/self/status", "VmHWM:") * 1024;
+}
+
+uint64_t vit_memory_limit_bytes(void)
+{
+    static const char *const limits[] = {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"};
+    uint64_t most = number_in("/proc/meminfo", "MemTotal:") * 1024;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(limits); i++) {
+        uint64_t limit = number_in(limits[i], "");
+        most = limit > 0 && (most == 0 || limit < most) ? limit : most;
+    }
+    return most;
 }

@@ -1,5 +1,7 @@
 /* What the current context can do, as plain values. */
 #include <GLES3/gl3.h>
+#include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,6 +67,9 @@ void vit_gl_caps_read(struct vit_caps *caps)
     caps->blend_minmax = es3 || vit_gl_has_word(extensions, "GL_EXT_blend_minmax");
     caps->float_blend = vit_gl_has_word(extensions, "GL_EXT_float_blend");
     caps->texture_npot = es3 || vit_gl_has_word(extensions, "GL_OES_texture_npot");
+    /* A CPU's textures are this machine's own memory; voxels and what is made on the way need the other half. */
+    if (caps->software)
+        caps->max_texture_mib = (int)fmin(INT_MAX, (double)(vit_memory_limit_bytes() >> 21));
     caps->timer_query = vit_gl_has_word(extensions, "GL_EXT_disjoint_timer_query");
     caps->debug = vit_gl_has_word(extensions, "GL_KHR_debug");
     if (es3) {

@@ -163,6 +163,21 @@ static void limits_only_lower(void **state)
     assert_false(vit_caps_limit(&caps, "max_texture_size", NULL));
 }
 
+static void memory_is_counted(void **state)
+{
+    (void)state;
+    const size_t bytes = (size_t)48 << 20;
+    uint64_t limit = vit_memory_limit_bytes(), before = vit_memory_peak_bytes();
+    unsigned char *more = vit_alloc(bytes, 1);
+    assert_non_null(more);
+    memset(more, 1, bytes);
+    uint64_t after = vit_memory_peak_bytes();
+    vit_free(more);
+    print_message("# of %.0f MiB, %.1f at the peak, %.1f more than before\n", (double)limit / 1048576,
+                  (double)after / 1048576, (double)(after - before) / 1048576);
+    assert_true(limit > after && before > 0 && after - before >= bytes * 9 / 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -173,6 +188,7 @@ int main(void)
         cmocka_unit_test(sizes_are_checked),
         cmocka_unit_test(files_appear_whole_or_not_at_all),
         cmocka_unit_test(limits_only_lower),
+        cmocka_unit_test(memory_is_counted),
     };
     return cmocka_run_group_tests_name("core", tests, NULL, NULL);
 }
