@@ -24,18 +24,25 @@ vec3 even_light(vec3 behind, vec3 luminance, float zeta)
 
 #if defined(VIT_METHOD_PSI_TABLE)
 uniform sampler2D psi_table; // s: depth at the back, t: at the front, both as gamma; entry i at i/size
-uniform float psi_size;
+uniform float psi_table_size;
 
 float table_psi(float a, float b)
 {
     // 1 at infinite depth: a quotient of two infinities is not.
     vec2 gamma = vec2(a < 1e9 ? a / (1.0 + a) : 1.0, b < 1e9 ? b / (1.0 + b) : 1.0);
-    vec2 entry = gamma * psi_size;
+    vec2 entry = gamma * psi_table_size;
 #if defined(VIT_METHOD_NEAREST)
     entry = floor(entry + 0.5);
 #endif
-    return VIT_TEXTURE_2D(psi_table, (entry + 0.5) / psi_size).r;
+    return VIT_TEXTURE_2D(psi_table, (entry + 0.5) / psi_table_size).r;
 }
+#endif
+
+#if defined(VIT_METHOD_PREINTEGRATED)
+// One transfer function and one length, as pre-integration has it: the light of segments of M04's grid (values and
+// luminances at the front are 1 less those at the back), and what they hide. s: value, t: luminance at the back.
+uniform sampler2D entries;
+uniform float entries_size;
 #endif
 
 #if defined(VIT_METHOD_GAUSSIAN)
@@ -127,8 +134,15 @@ vec3 segment_light(vec3 behind, vec3 back, vec3 front, float value_back, float v
     return behind + (back * a + front * b) / 3.0 + (back * b + front * a) / 6.0;
 #elif defined(VIT_METHOD_HOMOGENEOUS)
     return even_light(behind, front, exp(-b));
+#elif defined(VIT_METHOD_PREINTEGRATED)
+    vec4 entry = VIT_TEXTURE_2D(entries, (vec2(value_back, back.z) * (entries_size - 1.0) + 0.5) / entries_size);
+    return behind * (1.0 - entry.a) + entry.rgb;
+#else
+#if defined(VIT_OPACITY)
+    vec2 weights = vit_zeta_psi_opacity(value_back, value_front, D);
 #else
     vec2 weights = vit_zeta_psi(a, b);
+#endif
     return linear_light(behind, back, front, weights.x, weights.y);
 #endif
 }

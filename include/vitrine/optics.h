@@ -115,8 +115,7 @@ const float *vit_psi_table_entries(const struct vit_psi_table *table);
 struct vit_method {
     const char *name, *help;
     enum vit_quantity quantity; /* what value_back and value_front are */
-    /* What is #defined to compile it into shaders/methods.glsl, words apart by blanks; NULL: it is none for a fragment,
-     * which takes such light from a table instead. */
+    /* What is #defined to compile it into shaders/methods.glsl, words apart by blanks. */
     const char *shader;
     /* The light that leaves the front. The table is used by the psi-table methods only. */
     double (*intensity)(const struct vit_ray_segment *ray, const struct vit_psi_table *table);

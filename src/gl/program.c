@@ -61,6 +61,7 @@ static const struct {
     const char *name, *when;
 } shared[] = {{"common.glsl", NULL},
               {"psi.glsl", "VIT_PSI"},
+              {"opacity.glsl", "VIT_OPACITY"},
               {"texels.glsl", "VIT_TEXELS"},
               {"methods.glsl", "VIT_METHOD"},
               {"light.glsl", "VIT_LIGHT"}};

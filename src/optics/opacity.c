@@ -1,7 +1,7 @@
 /* zeta and Psi of linear opacity in single precision, over arrays. Attenuation -ln(1 - opacity) is taken at n Gauss
  * nodes, depths at the nodes are integrals of the polynomial through those values, Psi is the nodes' sum: n logarithms
- * and n exponentials, vectorised. How many nodes is decided for a block at once; what is too steep for eight goes one
- * by one to double precision. */
+ * and n exponentials, vectorised. How many nodes is decided for a block at once; what is too steep or too deep for
+ * eight takes the twenty of shaders/opacity.glsl, which is GLSL too. */
 #include <math.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@
 
 #define BLOCK 64
 #define NODES 8
-#define FEW   6
+#define FEW   6 /* segments that are not worth a block */
 
 /* Nodes and weights on [0, 1]; depth[i][j]: integral of the jth Lagrange polynomial up to node i. */
 struct rule {
@@ -59,11 +59,10 @@ struct tier {
 };
 static const struct tier tiers[] = {{&rule_5, 0.5f, 1.0f}, {&rule_8, 0.15f, 4.0f}};
 
-/* -ln(1 - p), p in [0, 1): transparency is brought into [1/2, 1] by its exponent; 2 atanh of the rest. Relative error
- * of a few 1e-7, for small p too. */
-static inline float attenuation(float p)
+/* -ln x, x = 1 - p in [0, 1], 1e30 at 0: transparency is brought into [1/2, 1] by its exponent; 2 atanh of the rest.
+ * Relative error of a few 1e-7, for small p too. */
+static inline __attribute__((always_inline)) float attenuation(float p, float x)
 {
-    float x = 1.0f - p;
     int32_t bits;
     memcpy(&bits, &x, sizeof bits);
     int32_t halvings = 126 - (bits >> 23); /* x in [2^-(n+1), 2^-n) has n */
@@ -74,7 +73,20 @@ static inline float attenuation(float p)
     float rest = halvings > 0 ? 1.0f - x * power : p, z = rest / (2.0f - rest), z2 = z * z;
     float series = 1.0f / 9 + z2 * (1.0f / 11 + z2 * (1.0f / 13));
     series = 1.0f + z2 * (1.0f / 3 + z2 * (1.0f / 5 + z2 * (1.0f / 7 + z2 * series)));
-    return (float)halvings * 0.693147181f + 2.0f * z * series;
+    return x > 0.0f ? (float)halvings * 0.693147181f + 2.0f * z * series : 1e30f;
+}
+
+#define VIT_OPACITY_FUNCTION    static inline __attribute__((always_inline))
+#define VIT_F(x)                x##f
+#define VIT_OPACITY_SQRT(x)     sqrtf(x)
+#define VIT_OPACITY_ABS(x)      fabsf(x)
+#define VIT_OPACITY_DEPTH(p, x) attenuation(p, x)
+
+#include "../../shaders/opacity.glsl"
+
+static inline float let_through(float depth)
+{
+    return vit_exp_negative(depth < 80.0f ? -depth : -80.0f);
 }
 
 struct block {
@@ -93,7 +105,7 @@ static void block_integrate(struct block *block, const struct rule *rule)
 #pragma omp simd
         for (int i = 0; i < BLOCK; i++) {
             float p = block->front[i] + (block->back[i] - block->front[i]) * x;
-            tau[j][i] = attenuation(p) * block->units[i];
+            tau[j][i] = attenuation(p, 1.0f - p) * block->units[i];
             sum[i] += weight * tau[j][i];
         }
     }
@@ -107,12 +119,11 @@ static void block_integrate(struct block *block, const struct rule *rule)
         }
 #pragma omp simd
         for (int i = 0; i < BLOCK; i++)
-            block->psi[i] += weight * vit_exp_negative(depth[i] < 80.0f ? -depth[i] : -80.0f);
+            block->psi[i] += weight * let_through(depth[i]);
     }
 #pragma omp simd
     for (int i = 0; i < BLOCK; i++) {
-        block->depth[i] = sum[i];
-        block->zeta[i] = vit_exp_negative(sum[i] < 80.0f ? -sum[i] : -80.0f);
+        block->zeta[i] = let_through(sum[i]);
         block->psi[i] = block->psi[i] < 1.0f ? block->psi[i] : 1.0f;
         block->psi[i] = block->psi[i] > block->zeta[i] ? block->psi[i] : block->zeta[i];
     }
@@ -147,20 +158,76 @@ static void block_fill(struct block *block, const float *back, const float *fron
     for (size_t i = 0; i < block->count; i++) {
         block->back[i] = clamp01(back[i]);
         block->front[i] = clamp01(front[i]);
-        block->units[i] = units[i];
+        block->units[i] = units[i] > 0.0f ? (units[i] < 1e15f ? units[i] : 1e15f) : 0.0f;
     }
 }
 
-static void one_by_one(struct block *block)
+/* By shaders/opacity.glsl: whatever the opacities and the length. */
+static void block_graded(struct block *block)
 {
-    const struct tier *last = &tiers[VIT_ARRAY_LENGTH(tiers) - 1];
+    size_t count = block->count;
+    float part[BLOCK], first[BLOCK];
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        first[i] = attenuation(block->front[i], 1.0f - block->front[i]);
+        part[i] = vit_opacity_part(block->front[i], first[i], block->back[i], block->units[i]);
+        block->zeta[i] = let_through(block->depth[i]);
+        block->psi[i] = 0;
+    }
+    for (int k = 0; k < VIT_OPACITY_NODES; k++) {
+        float place = vit_opacity_place((float)k), weight = vit_opacity_weight((float)k);
+#pragma omp simd
+        for (size_t i = 0; i < count; i++) {
+            float u = part[i] * place, p = block->front[i];
+            float mean = vit_opacity_mean_to(p, first[i], block->back[i], u);
+            block->psi[i] += weight * let_through(block->units[i] * u * mean);
+        }
+    }
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float psi = part[i] * block->psi[i];
+        psi = psi < 1.0f ? psi : 1.0f;
+        block->psi[i] = psi > block->zeta[i] ? psi : block->zeta[i];
+    }
+}
+
+/* Those segments that do not fit, packed together. */
+static void block_rest(struct block *block, const struct tier *tier)
+{
+    struct block rest = {0};
+    size_t from[BLOCK];
     for (size_t i = 0; i < block->count; i++) {
-        if (fits(block, last, i))
+        if (fits(block, tier, i))
             continue;
-        struct vit_moments m = vit_moments_opacity((double)block->back[i], (double)block->front[i],
-                                                   (double)block->units[i], VIT_PRECISION_SINGLE);
-        block->zeta[i] = (float)m.zeta;
-        block->psi[i] = (float)m.psi;
+        rest.back[rest.count] = block->back[i];
+        rest.front[rest.count] = block->front[i];
+        rest.units[rest.count] = block->units[i];
+        rest.depth[rest.count] = block->depth[i];
+        from[rest.count++] = i;
+    }
+    block_graded(&rest);
+    for (size_t i = 0; i < rest.count; i++) {
+        block->zeta[from[i]] = rest.zeta[i];
+        block->psi[from[i]] = rest.psi[i];
+    }
+}
+
+static void block_depths(struct block *block)
+{
+#pragma omp simd
+    for (int i = 0; i < BLOCK; i++) {
+        float p = block->front[i];
+        block->depth[i] = block->units[i] * vit_opacity_mean_to(p, attenuation(p, 1.0f - p), block->back[i], 1);
+    }
+}
+
+static void few(size_t count, const float *back, const float *front, const float *units, float *zeta, float *psi)
+{
+    for (size_t i = 0; i < count; i++) {
+        struct vit_moments m =
+            vit_moments_opacity((double)back[i], (double)front[i], (double)units[i], VIT_PRECISION_SINGLE);
+        zeta[i] = (float)m.zeta;
+        psi[i] = (float)m.psi;
     }
 }
 
@@ -170,16 +237,16 @@ void vit_zeta_psi_opacity_array(size_t count, const float *back, const float *fr
     struct block block;
     for (size_t start = 0; start < count; start += BLOCK) {
         block.count = count - start < BLOCK ? count - start : BLOCK;
-        block_fill(&block, back + start, front + start, units + start);
-        bool done = false;
-        for (int i = 0; i < BLOCK; i++)
-            block.depth[i] = INFINITY; /* a few segments are not worth a block: all of them one by one */
-        for (size_t t = block.count < FEW ? VIT_ARRAY_LENGTH(tiers) : 0; t < VIT_ARRAY_LENGTH(tiers) && !done; t++) {
-            block_integrate(&block, tiers[t].rule);
-            done = all_fit(&block, &tiers[t]);
+        if (block.count < FEW) {
+            few(block.count, back + start, front + start, units + start, zeta + start, psi + start);
+            break;
         }
-        if (!done)
-            one_by_one(&block);
+        block_fill(&block, back + start, front + start, units + start);
+        block_depths(&block);
+        const struct tier *tier = all_fit(&block, &tiers[0]) ? &tiers[0] : &tiers[1];
+        block_integrate(&block, tier->rule);
+        if (!all_fit(&block, tier))
+            block_rest(&block, tier);
         memcpy(zeta + start, block.zeta, block.count * sizeof zeta[0]);
         memcpy(psi + start, block.psi, block.count * sizeof psi[0]);
     }

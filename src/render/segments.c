@@ -6,6 +6,7 @@
 #include "render_private.h"
 
 #define PSI_TABLE 1024 /* M04's */
+#define ENTRIES   257  /* i/256: M04's grid of 65 stands on every fourth */
 
 struct segments {
     struct vit_gl_target target;
@@ -20,6 +21,23 @@ static void segments_close(struct vit_gl *gl, struct segments *s)
     vit_gl_target_destroy(gl, &s->target);
 }
 
+static void table_texture(struct vit_gl *gl, struct segments *s, int size, GLenum internal, GLenum format,
+                          const float *texels, const char *name)
+{
+    char size_name[32];
+    snprintf(size_name, sizeof size_name, "%s_size", name);
+    glGenTextures(1, &s->table);
+    glBindTexture(GL_TEXTURE_2D, s->table);
+    vit_gl_es3_storage_2d(gl, internal, size, size);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size, size, format, GL_FLOAT, texels);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glUniform1i(glGetUniformLocation(s->program, name), 0);
+    glUniform1f(glGetUniformLocation(s->program, size_name), (float)size);
+}
+
 /* Psi over gamma of back (s) and front (t), for the methods that look it up. */
 static bool psi_texture(struct vit_gl *gl, struct segments *s)
 {
@@ -30,19 +48,29 @@ static bool psi_texture(struct vit_gl *gl, struct segments *s)
         for (size_t front = 0; front < PSI_TABLE; front++)
             for (size_t back = 0; back < PSI_TABLE; back++)
                 turned[front * PSI_TABLE + back] = psi[back * PSI_TABLE + front];
-        glGenTextures(1, &s->table);
-        glBindTexture(GL_TEXTURE_2D, s->table);
-        vit_gl_es3_storage_2d(gl, GL_R32F, PSI_TABLE, PSI_TABLE);
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, PSI_TABLE, PSI_TABLE, GL_RED, GL_FLOAT, turned);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-        glUniform1i(glGetUniformLocation(s->program, "psi_table"), 0);
-        glUniform1f(glGetUniformLocation(s->program, "psi_size"), PSI_TABLE);
+        table_texture(gl, s, PSI_TABLE, GL_R32F, GL_RED, turned, "psi_table");
     }
     vit_free(turned);
     vit_psi_table_destroy(&table);
+    return s->table;
+}
+
+/* The light of M04's segments and what they hide, over value (s) and luminance (t) at the back, as the method has it.
+ */
+static bool entries_texture(struct vit_gl *gl, struct segments *s, const struct vit_method *method, double length)
+{
+    float *rgba = vit_alloc((size_t)ENTRIES * ENTRIES, 4 * sizeof *rgba);
+    for (size_t i = 0; rgba && i < (size_t)ENTRIES * ENTRIES; i++) {
+        double value = (double)(i % ENTRIES) / (ENTRIES - 1), luminance = (double)(i / ENTRIES) / (ENTRIES - 1);
+        struct vit_ray_segment ray = {luminance, 1 - luminance, value, 1 - value, length, 0};
+        struct vit_ray_segment dark = {0, 0, value, 1 - value, length, 1};
+        float light = (float)method->intensity(&ray, NULL);
+        rgba[4 * i] = rgba[4 * i + 1] = rgba[4 * i + 2] = light;
+        rgba[4 * i + 3] = (float)(1 - method->intensity(&dark, NULL));
+    }
+    if (rgba)
+        table_texture(gl, s, ENTRIES, GL_RGBA32F, GL_RGBA, rgba, "entries");
+    vit_free(rgba);
     return s->table;
 }
 
@@ -79,7 +107,7 @@ static bool segments_open_method(struct vit_gl *gl, struct segments *s, int side
     char words[128];
     const char *defines[8] = {first, "VIT_METHOD 1"};
     size_t count = 2;
-    if (!method->shader || strlen(method->shader) >= sizeof words)
+    if (strlen(method->shader) >= sizeof words)
         return false;
     snprintf(words, sizeof words, "%s", method->shader);
     for (char *word = words; *word && count + 2 < VIT_ARRAY_LENGTH(defines);) {
@@ -91,14 +119,14 @@ static bool segments_open_method(struct vit_gl *gl, struct segments *s, int side
     }
     if (thin)
         defines[count++] = "VIT_PSI_THIN 1";
-    bool table = strstr(method->shader, "PSI_TABLE");
-    if (table && !vit_gl_caps(gl)->texture_float_linear) {
+    bool psi = strstr(method->shader, "PSI_TABLE"), entries = strstr(method->shader, "PREINTEGRATED");
+    if ((psi || entries) && !vit_gl_caps(gl)->texture_float_linear) {
         vit_debug(vit_gl_log(gl), "%s: no filtered float textures here", method->name);
         return false;
     }
     if (!segments_open(gl, s, side, length, defines))
         return false;
-    if (!table || psi_texture(gl, s))
+    if (psi ? psi_texture(gl, s) : !entries || entries_texture(gl, s, method, length))
         return true;
     segments_close(gl, s);
     return false;
