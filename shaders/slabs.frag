@@ -127,6 +127,19 @@ void main()
     const float way = 1.0;
 #endif
 #endif
+#ifdef VIT_STACKS
+    // Along the ray in texels of a tile and slices.
+#ifdef VIT_TILE_UV
+    vec3 unit = vec3(stack_from_px, 1.0);
+#else
+    const vec3 unit = vec3(1.0);
+#endif
+    vec3 tile_base = (stack_from_tex * base + stack_offset) * unit, tile_along = (stack_from_tex * along) * unit;
+    vec3 tile_low = stack_low * unit, tile_high = stack_high * unit;
+#define TEXEL(depth) stack_at(texels, clamp(tile_base + (depth) * tile_along, tile_low, tile_high))
+#else
+#define TEXEL(depth) texel_at(base + (depth) * along)
+#endif
     float thicken = way / texel_mm; // path through a slab over the thickness that it is known for, per mm of depth
     vec2 box = box_depths(base, along, box_low, box_high);
     float near_mm = min(box.x, near_limit_mm), far_mm = box.y;
@@ -164,13 +177,13 @@ void main()
     // of the mean; alpha says that there is a ray (mean: how much of it).
     float greatest = 0.0;
     vec2 mean = vec2(0.0);
-    float front = texel_at(base + front_mm * along).r;
+    float front = TEXEL(front_mm).r;
     for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
         if (at >= end)
             break;
         at += 1.0;
         float back_mm = DEPTH(at);
-        float back = texel_at(base + back_mm * along).r;
+        float back = TEXEL(back_mm).r;
 #ifdef VIT_MEAN
         float share = (front_mm - back_mm) / whole_mm;
         mean += share * vec2(0.5 * (front + back), 1.0);
@@ -232,14 +245,14 @@ void main()
                 break;
 #ifdef VIT_SLAB
             bool visible = false;
-            front = texel_at(base + DEPTH(at) * along).r;
+            front = TEXEL(DEPTH(at)).r;
             for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
                 COUNT(vec3(0.0, 4.0, 0.0));
                 // Four slabs at once, so that the fetches need not wait for each other.
-                float back1 = texel_at(base + DEPTH(at + 1.0) * along).r;
-                float back2 = texel_at(base + DEPTH(at + 2.0) * along).r;
-                float back3 = texel_at(base + DEPTH(at + 3.0) * along).r;
-                float back4 = texel_at(base + DEPTH(at + 4.0) * along).r;
+                float back1 = TEXEL(DEPTH(at + 1.0)).r;
+                float back2 = TEXEL(DEPTH(at + 2.0)).r;
+                float back3 = TEXEL(DEPTH(at + 3.0)).r;
+                float back4 = TEXEL(DEPTH(at + 4.0)).r;
                 bool visible1 = VISIBLE(front, back1), visible2 = VISIBLE(back1, back2);
                 bool visible3 = VISIBLE(back2, back3);
                 float passed = visible1 ? 0.0 : visible2 ? 1.0 : visible3 ? 2.0 : 3.0;
@@ -263,15 +276,15 @@ void main()
 #endif
         }
 #elif defined(VIT_SLAB)
-        front = texel_at(base + DEPTH(at) * along).r;
-        back = texel_at(base + DEPTH(at + 1.0) * along).r;
+        front = TEXEL(DEPTH(at)).r;
+        back = TEXEL(DEPTH(at + 1.0)).r;
 #endif
         if (at >= end)
             break;
         front_mm = DEPTH(at);
 #ifdef VIT_SLAB
 #ifdef VIT_FITTED
-        float front_entry = table_coordinate(fitted(texel_at(base + DEPTH(at - 1.0) * along).r, front, back, INNER(at)));
+        float front_entry = table_coordinate(fitted(TEXEL(DEPTH(at - 1.0)).r, front, back, INNER(at)));
 #else
         float front_entry = table_coordinate(front);
 #endif
@@ -283,7 +296,7 @@ void main()
             float k = max(front_mm - back_mm, 0.0) * thicken;
 #ifdef VIT_SLAB
 #ifdef VIT_FITTED
-            float next = texel_at(base + DEPTH(at + 1.0) * along).r;
+            float next = TEXEL(DEPTH(at + 1.0)).r;
             float back_entry = table_coordinate(fitted(front, back, next, INNER(at)));
 #else
             float back_entry = table_coordinate(back);
@@ -294,11 +307,10 @@ void main()
             slab = VISIBLE(front, back) ? slab : vec4(0.0);
 #endif
 #else
-            vec3 middle = base + 0.5 * (front_mm + back_mm) * along;
 #ifdef VIT_POST
-            vec4 slab = table_at(vec2(table_coordinate(texel_at(middle).r), 0.5));
+            vec4 slab = table_at(vec2(table_coordinate(TEXEL(0.5 * (front_mm + back_mm)).r), 0.5));
 #else
-            vec4 slab = texel_at(middle);
+            vec4 slab = TEXEL(0.5 * (front_mm + back_mm));
 #endif
 #endif
             float middle_mm = 0.5 * (front_mm + back_mm);
@@ -328,7 +340,7 @@ void main()
 #ifdef VIT_FITTED
             back = next;
 #else
-            back = texel_at(base + DEPTH(at + 1.0) * along).r;
+            back = TEXEL(DEPTH(at + 1.0)).r;
 #endif
 #ifdef VIT_SKIP_EMPTY
             if (!VISIBLE(front, back))

@@ -49,9 +49,8 @@ vec2 two_slices(vec4 texel)
     return (texel.rb * 256.0 + texel.ga) * (255.0 / 65535.0);
 }
 
-vec4 stack_at(sampler2D atlas, vec3 position)
+vec4 stack_at(sampler2D atlas, vec3 at)
 {
-    vec3 at = stack_place(position);
 #ifdef VIT_NEAREST
     at.z = floor(at.z + 0.5);
 #endif
@@ -70,29 +69,39 @@ vec4 stack_at(sampler2D atlas, vec3 position)
 #endif
     return vec4(mix(slices.x, slices.y, at.z - tile));
 }
-#elif defined(VIT_AXIS_GROUPS)
-// Four slices of HU in the four channels of a tile: one fetch.
-vec4 stack_at(sampler2D atlas, vec3 position)
+#elif defined(VIT_AXIS_GROUPS) && !defined(VIT_NEAREST)
+// Slices of HU in the channels of a tile: one fetch. Within the tile in texture coordinates, not texels.
+#define VIT_TILE_UV 1
+vec4 stack_at(sampler2D atlas, vec3 at)
 {
-    vec3 at = stack_place(position);
-#ifdef VIT_NEAREST
-    at.z = floor(at.z + 0.5);
-#endif
+#ifdef VIT_PAIRS
+    float tile = min(floor(at.z), stack_tile.z);
+#else
     float tile = min(floor(at.z * stack_step.y), stack_tile.z);
-    vec4 share = max(1.0 - abs(at.z - tile * stack_step.x - vec4(0.0, 1.0, 2.0, 3.0)), 0.0);
+#endif
+    float row = floor((tile + 0.5) * stack_columns.y);
+    vec4 texel = VIT_TEXTURE_2D(
+        atlas, vec2(tile - row * stack_columns.x, row) * (stack_tile.xy * stack_from_px) + at.xy);
+#ifdef VIT_PAIRS
+    return vec4(mix(texel.r, texel.g, at.z - tile));
+#else
+    return vec4(dot(max(1.0 - abs(at.z - tile * stack_step.x - vec4(0.0, 1.0, 2.0, 3.0)), 0.0), texel));
+#endif
+}
+#elif defined(VIT_AXIS_GROUPS)
+vec4 stack_at(sampler2D atlas, vec3 at)
+{
+    float slice = floor(at.z + 0.5), tile = min(floor(slice * stack_step.y), stack_tile.z);
+    vec4 share = max(1.0 - abs(slice - tile * stack_step.x - vec4(0.0, 1.0, 2.0, 3.0)), 0.0);
     return vec4(dot(share, VIT_TEXTURE_2D(atlas, (tile_corner(tile) + at.xy) * stack_from_px)));
 }
 #else
-vec4 stack_at(sampler2D atlas, vec3 position)
+vec4 stack_at(sampler2D atlas, vec3 at)
 {
-    return slices_at(atlas, stack_columns, stack_from_px, stack_place(position));
+    return slices_at(atlas, stack_columns, stack_from_px, at);
 }
 #endif
 
-vec4 texel_at(vec3 position)
-{
-    return stack_at(texels, position);
-}
 #else
 uniform VIT_SAMPLER_3D texels;
 

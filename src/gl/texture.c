@@ -17,6 +17,7 @@ unsigned vit_gl_pixel_type(const struct vit_gl *gl, unsigned internal_format)
     case GL_R16F:
         return gl->caps.gles_major >= 3 ? GL_HALF_FLOAT : GL_HALF_FLOAT_OES;
     case GL_RGBA16_EXT:
+    case GL_RG16_EXT:
         return GL_UNSIGNED_SHORT;
     default:
         return GL_UNSIGNED_BYTE;

@@ -149,7 +149,8 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         /* Of 32 bits where a CPU fetches them eight pixels at a time, bytes one by one. Four bytes on stacks: formats
          * of one channel are ES 3's or deprecated. */
         bool wide = request->caps.software && !vit_plan_keeps(request, VIT_RULE_WIDE_TEXELS);
-        plan->occupancy_texel = plan->path == VIT_PATH_STACKS ? VIT_TEXEL_RGBA8 : wide ? VIT_TEXEL_R32F : VIT_TEXEL_R8;
+        wide = wide && request->caps.gles_major >= 3;
+        plan->occupancy_texel = wide ? VIT_TEXEL_R32F : plan->path == VIT_PATH_STACKS ? VIT_TEXEL_RGBA8 : VIT_TEXEL_R8;
         plan->occupancy_bytes = (uint64_t)stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
         plan->occupancy_bytes *= vit_texel_bytes(plan->occupancy_texel);
         set_ahead(plan);

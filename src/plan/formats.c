@@ -5,7 +5,7 @@
 
 /* llvmpipe gathers texels of 32 bits eight at a time, those of 16 one by one: 115 instructions against 319 for eight
  * trilinear fetches, of which frames are made (Mesa 22.3). Its texture memory is the machine's own. */
-static bool wants_wide_texels(const struct vit_plan *plan, const struct vit_plan_request *request)
+bool vit_plan_wants_wide(const struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_caps *caps = &request->caps;
     uint64_t bytes =
@@ -21,9 +21,9 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request 
     if (request->preset->sampling.texture_bits == 8) {
         plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
     } else if (caps->texture_norm16) {
-        plan->texel = !scalar                                       ? VIT_TEXEL_RGBA16
-                      : !stacks && wants_wide_texels(plan, request) ? VIT_TEXEL_R32F
-                                                                    : VIT_TEXEL_R16;
+        plan->texel = !scalar                                         ? VIT_TEXEL_RGBA16
+                      : !stacks && vit_plan_wants_wide(plan, request) ? VIT_TEXEL_R32F
+                                                                      : VIT_TEXEL_R16;
         if (plan->texel == VIT_TEXEL_R32F)
             vit_plan_leave_out(plan, 0, "16-bit texels",
                                "%.1f MiB more for 32 bits, which this rasteriser fetches faster",

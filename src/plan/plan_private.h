@@ -61,7 +61,10 @@ uint64_t vit_plan_stack_bytes(const struct vit_plan_stack *stack);
 void vit_plan_stacks_beside(struct vit_plan *plan, const struct vit_plan_request *request,
                             const struct vit_plan_stack all[3]);
 
-/* formats.c; `stacks`: for stacks of 2D textures. */
+/* formats.c */
+/* Whether textures of four bytes a voxel fit, and are fetched faster than those of two. */
+bool vit_plan_wants_wide(const struct vit_plan *plan, const struct vit_plan_request *request);
+/* `stacks`: for stacks of 2D textures. */
 void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request *request, bool stacks);
 void vit_plan_choose_table(struct vit_plan *plan, const struct vit_volume *volume, const struct vit_caps *caps);
 void vit_plan_choose_target(struct vit_plan *plan, const struct vit_caps *caps);

@@ -5,8 +5,10 @@
 
 #include "plan_private.h"
 
-/* A ray's way in a slab over the slab's thickness from which on slabs are half as thick. */
+/* A ray's way in a slab over the slab's thickness from which on slabs are thinner, by this: three to two slices. Errors
+ * go with the square of the way. */
 #define LONG_WAY 1.25
+#define THINNER  1.5
 /* Perspective: a stack's share begins where the eye is outside the box along its axis, and is whole this part of the
  * diagonal further out. */
 #define EYE_CLEAR 0.05
@@ -20,7 +22,7 @@ static size_t least(size_t a, size_t b)
 
 static size_t divide_up(size_t a, size_t b)
 {
-    return (a + b - 1) / b;
+    return b > 0 ? (a + b - 1) / b : 0; /* it is; clang-tidy asks */
 }
 
 static size_t power_of_two(size_t n)
@@ -56,7 +58,7 @@ static struct vit_plan_stack stack_of(const struct vit_plan *plan, int axis)
     struct vit_plan_stack stack = {.axis = axis, .toward = cosine < 0 ? -1 : 1, .box_mm = 1 / steep};
     stack.weight = fabs(cosine);
     stack.path_mm = 1 / fmax(fabs(cosine), 1e-9);
-    stack.slab_mm = stack.path_mm > LONG_WAY ? plan->slab_mm / 2 : plan->slab_mm;
+    stack.slab_mm = stack.path_mm > LONG_WAY ? plan->slab_mm / THINNER : plan->slab_mm;
     double far_mm = (plan->clip_low[axis] - 0.5) * stack.toward / steep;
     double near_mm = (plan->clip_high[axis] - 0.5) * stack.toward / steep;
     if (far_mm > near_mm) {
@@ -108,12 +110,13 @@ static void sort_by_weight(struct vit_plan_stack all[3])
 /* Slices in a tile: as many as its texels have channels for, where the hardware can interpolate them. */
 static void choose_span(const struct vit_plan *plan, struct vit_stack_layout *layout)
 {
+    const bool pairs = plan->features & VIT_FEATURE(PAIRS);
     switch (plan->texel) {
     case VIT_TEXEL_R8:
     case VIT_TEXEL_R16:
     case VIT_TEXEL_R16F:
-        layout->span = 4;
-        layout->step = 3;
+        layout->span = pairs ? 2 : 4;
+        layout->step = pairs ? 1 : 3;
         break;
     case VIT_TEXEL_R8R8:
         layout->span = 2;
@@ -163,6 +166,8 @@ static struct vit_stack_grid choose_grid(const struct vit_stack_layout *layout, 
 static size_t tiles_that_fit(const struct vit_stack_layout *layout, size_t texel, size_t side, size_t pieces)
 {
     size_t tile_bytes = layout->tile_width * layout->tile_height * texel;
+    if (tile_bytes == 0) /* it is not; clang-tidy asks */
+        return pieces;
     size_t fit =
         least((side / layout->tile_width) * (side / layout->tile_height), (size_t)(STACK_TEXTURE_BYTES / tile_bytes));
     return fit < pieces ? pieces : fit;
@@ -337,6 +342,7 @@ bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *reque
     sort_by_weight(all);
     plan->features |= VIT_FEATURE(STACKS);
     plan->features |= plan->texel == VIT_TEXEL_R8R8 ? VIT_FEATURE(BYTES) : 0;
+    plan->features |= plan->texel == VIT_TEXEL_R16 && vit_plan_wants_wide(plan, request) ? VIT_FEATURE(PAIRS) : 0;
     plan->features |= plan->filter == VIT_FILTER_NEAREST ? VIT_FEATURE(NEAREST) : 0;
     for (int i = 0; i < 3 && all[i].weight > 0; i++) {
         if (!lay_out(plan, &request->caps, all[i].axis, &all[i].layout)) {

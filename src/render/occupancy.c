@@ -17,12 +17,13 @@ static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const st
     return vit_gl_check(gl, "empty-space texture");
 }
 
-static bool make_2d(struct vit_gl *gl, struct vit_occupancy *occupancy, const size_t n[3])
+static bool make_2d(struct vit_gl *gl, struct vit_occupancy *occupancy, const struct vit_plan *plan)
 {
+    const size_t *n = plan->occupancy_n;
     occupancy->width = vit_gl_texture_side(gl, (int)n[0]);
     occupancy->height = vit_gl_texture_side(gl, (int)(n[1] * n[2]));
-    return vit_gl_texture_create(gl, &occupancy->texture, GL_RGBA8, occupancy->width, occupancy->height,
-                                 "empty-space texture");
+    return vit_gl_texture_create(gl, &occupancy->texture, vit_texel_formats[plan->occupancy_texel].internal_format,
+                                 occupancy->width, occupancy->height, "empty-space texture");
 }
 
 /* What is empty ahead, into the texture. */
@@ -34,19 +35,20 @@ static bool send(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
     const struct vit_texel_format *format = &vit_texel_formats[plan->occupancy_texel];
     vit_plan_empty_ahead(plan, base, cells, work);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    const size_t stride = format->channels == 4 ? 4 : 1; /* one byte of each texel says it */
+    uint8_t *bytes = occupancy->texels;
+    float *reach = occupancy->texels;
+    for (size_t i = 0; i < count && format->type == GL_FLOAT; i++)
+        reach[i] = (float)cells[i] / 255;
+    for (size_t i = 0; i < count && format->type != GL_FLOAT; i++)
+        bytes[i * stride] = cells[i];
     if (plan->path == VIT_PATH_STACKS) {
-        uint8_t *rgba = occupancy->texels;
-        for (size_t i = 0; i < count; i++)
-            rgba[i * 4] = cells[i];
         glBindTexture(GL_TEXTURE_2D, occupancy->texture);
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)n[0], (GLsizei)(n[1] * n[2]), GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)n[0], (GLsizei)(n[1] * n[2]), format->layout, format->type,
+                        occupancy->texels);
     } else {
-        float *reach = occupancy->texels;
-        for (size_t i = 0; i < count && format->type == GL_FLOAT; i++)
-            reach[i] = (float)cells[i] / 255;
         glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-        vit_gl_es3_pixels_3d(gl, origin, n, format->layout, format->type,
-                             format->type == GL_FLOAT ? (const void *)reach : cells);
+        vit_gl_es3_pixels_3d(gl, origin, n, format->layout, format->type, occupancy->texels);
     }
     memcpy(occupancy->ahead, plan->ahead, sizeof occupancy->ahead);
     return vit_gl_check(gl, "empty-space texture");
@@ -63,7 +65,7 @@ static bool make(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
         return false;
     }
     vit_plan_occupancy(plan, volume, occupancy->cells);
-    bool made = plan->path == VIT_PATH_STACKS ? make_2d(gl, occupancy, n) : make_3d(gl, occupancy, plan);
+    bool made = plan->path == VIT_PATH_STACKS ? make_2d(gl, occupancy, plan) : make_3d(gl, occupancy, plan);
     return made && send(gl, occupancy, plan);
 }
 

@@ -191,9 +191,9 @@ struct vit_tiles {
     const size_t *n;
     const struct vit_stack_layout *layout;
     const struct vit_stack_grid *grid;
-    size_t span, step;     /* slices in a tile, and to the next */
-    size_t voxel_bytes;    /* of a slice in a texel */
-    GLenum type;           /* of RGBA */
+    size_t span, step;  /* slices in a tile, and to the next */
+    size_t voxel_bytes; /* of a slice in a texel */
+    GLenum channels, type;
     const uint8_t *wanted; /* bricks of the volume; only what holds them is sent. NULL: everything */
     struct vit_staging *staging;
     /* Called by several threads at once. */

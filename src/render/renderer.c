@@ -329,8 +329,10 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
         glUniform1i(program->occupancy, 3);
         glUniform3f(program->occupancy_n, (float)plan->occupancy_n[0], (float)plan->occupancy_n[1],
                     (float)plan->occupancy_n[2]);
-        /* Half a voxel, but for rounding. */
-        glUniform1f(program->cell_margin, 0.49f / VIT_BRICK);
+        /* Half a voxel, but for rounding. Faces of slabs of a stack lie on slices, just at the end of it: they must not
+         * miss it by rounding, or rays go nine slabs in two steps instead of eight in one. */
+        float margin = plan->path == VIT_PATH_STACKS ? 0.5001F : 0.49F;
+        glUniform1f(program->cell_margin, margin / VIT_BRICK);
         glUniform3f(program->occupancy_from_tex, (float)plan->n[0] / VIT_BRICK, (float)plan->n[1] / VIT_BRICK,
                     (float)plan->n[2] / VIT_BRICK);
     }

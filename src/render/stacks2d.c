@@ -7,10 +7,13 @@
 
 /* ---- textures ---------------------------------------------------------------------------------------------------- */
 
-static GLenum internal_format(enum vit_texel texel)
+static GLenum internal_format(enum vit_texel texel, size_t span)
 {
     switch (texel) {
     case VIT_TEXEL_R16:
+        return span == 2 ? GL_RG16_EXT : GL_RGBA16_EXT;
+    case VIT_TEXEL_R32F:
+        return GL_R32F;
     case VIT_TEXEL_RGBA16:
         return GL_RGBA16_EXT;
     case VIT_TEXEL_R16F:
@@ -81,7 +84,7 @@ static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane
     static const char *const names[] = {"", "light ", "shine "};
     const struct vit_stack_layout *layout = &stack->layout;
     const struct vit_stack_grid *grid = grid_of(layout, plane);
-    GLenum format = plane == VIT_STACK_TEXELS ? internal_format(stack->texel) : GL_RGBA8;
+    GLenum format = plane == VIT_STACK_TEXELS ? internal_format(stack->texel, stack->layout.span) : GL_RGBA8;
     const char *texel = vit_texel_name(plane == VIT_STACK_TEXELS ? stack->texel : VIT_TEXEL_RGBA8);
     char where[128];
     snprintf(where, sizeof where, "stack %c: %zu %stextures of %zu x %zu %s (%.0f MiB)", axis_names[layout->axis],
@@ -182,13 +185,17 @@ struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stac
         tiles.span = stack->layout.span;
         tiles.step = stack->layout.step;
         tiles.voxel_bytes = vit_texel_bytes(plan->texel);
-        tiles.type = vit_gl_pixel_type(gl, internal_format(plan->texel));
+        tiles.type = vit_gl_pixel_type(gl, internal_format(plan->texel, stack->layout.span));
+        tiles.channels = plan->texel == VIT_TEXEL_R32F                             ? GL_RED
+                         : plan->texel == VIT_TEXEL_R16 && stack->layout.span == 2 ? GL_RG
+                                                                                   : GL_RGBA;
         tiles.line = plan->light.in_texels ? lit_line : texel_line;
         return tiles;
     }
     tiles.what = "light";
     tiles.span = tiles.step = 1;
     tiles.voxel_bytes = 4;
+    tiles.channels = GL_RGBA;
     tiles.type = GL_UNSIGNED_BYTE;
     tiles.wanted = source->shade->wanted;
     if (has_index(plan))

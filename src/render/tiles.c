@@ -129,7 +129,8 @@ void vit_tiles_put(const struct vit_tiler *tiler, const unsigned char *staging, 
         size_t column = tile % tiles->grid->columns, row = tile / tiles->grid->columns;
         glTexSubImage2D(GL_TEXTURE_2D, 0, (GLint)(column * layout->tile_width + tiler->part.low[0]),
                         (GLint)(row * layout->tile_height + tiler->part.low[1]), (GLsizei)width_of(&tiler->part),
-                        (GLsizei)height_of(&tiler->part), GL_RGBA, tiles->type, staging + i * tile_bytes(tiler));
+                        (GLsizei)height_of(&tiler->part), tiles->channels, tiles->type,
+                        staging + i * tile_bytes(tiler));
     }
 }
 
