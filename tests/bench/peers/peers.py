@@ -70,6 +70,12 @@ class Kept:
             key, value = json.loads(line)
             self.values[json.dumps(key)] = value
 
+    def most_frames(self, key, round_, way):
+        """How many frames the longest measurement has that is there; 0: none."""
+        found = [json.loads(text) for text in self.values]
+        frames = [k[len(key)] for k in found if k[:len(key)] == key and k[len(key) + 1:] == [round_] + way]
+        return max(frames, default=0)
+
     def get(self, key, measure):
         text = json.dumps(key)
         if text not in self.values:
@@ -145,10 +151,15 @@ def volumes(args):
 
 # ---- programs: each takes a scene and gives times, and the picture whose error is asked for ------------------------
 
+def frames_of(name, args):
+    other = [n.split("=")[1] for n in args.frames_of if n.split("=")[0] in name]
+    return int(other[-1]) if other else args.frames
+
+
 class Ours:
     def __init__(self, name, args, options, lit):
         self.name, self.args, self.options, self.lit = name, args, options, lit
-        self.frames, self.build = args.frames, args.build
+        self.frames, self.build = frames_of(name, args), args.build
 
     def command(self, what, scene, view):
         preset = scene.presets[self.lit]
@@ -199,8 +210,7 @@ class Peer:
     def __init__(self, name, args, command, lit):
         self.name, self.args, self.start, self.lit = name, args, command, lit
         self.path, self.opacity = os.path.join(args.out, "peer.ppm"), "VolPack" in name
-        fewer = [n.split("=")[1] for n in args.frames_of if n.split("=")[0] in name]
-        self.frames, self.build = int(fewer[-1]) if fewer else args.frames, ""
+        self.frames, self.build = frames_of(name, args), ""
 
     def way(self, scene):
         return []
@@ -282,7 +292,7 @@ def error_of(tool, scene, args):
 
 
 def measure(scene, kept, args):
-    pairs, tools = [], [t for t in programs(args) if kept.closed or not any(w in t.name for w in args.without)]
+    pairs, tools = [], [t for t in programs(args) if kept.closed or not any(w in t.name for w in args.without) and not (args.unlit and t.lit)]
     tools.sort(key=lambda t: not isinstance(t, Peer))  # their errors are aimed at
     key = lambda tool, *more: [scene.name, tool.name, int(tool.lit), args.size, tool.build] + list(more)
     for tool in tools:
@@ -304,7 +314,9 @@ def measure(scene, kept, args):
                 say("%s, round %d: %s, %s, %d frames" % (scene.name, round_ + 1, tool.name, "lit" if tool.lit else "unlit",
                                                          tool.frames))
                 return tool.times(scene)
-            found = kept.get(key(tool, "times", tool.frames, round_, *tool.way(scene)), times) if round_ == 0 or row["times"] else None
+            # A longer measurement of before will do.
+            row["frames"] = max(tool.frames, kept.most_frames(key(tool, "times"), round_, tool.way(scene)))
+            found = kept.get(key(tool, "times", row["frames"], round_, *tool.way(scene)), times) if round_ == 0 or row["times"] else None
             if found:
                 for name, value in zip(("times", "least", "setup", "cpu", "memory"), found):
                     row[name].append(value)
@@ -397,9 +409,10 @@ def write_plot(rows, folder):
             if row["error"] < best:
                 best = row["error"]
                 front.append(place(row))
-        steps = [p for a, b in zip(front, front[1:] + [(left + wide, front[-1][1])]) for p in (a, (b[0], a[1]))]
-        svg.append('<polyline fill="none" stroke="#1b6ca8" points="%s"/>' %
-                   " ".join("%.1f,%.1f" % p for p in [(front[0][0], top)] + steps))
+        if front:
+            steps = [p for a, b in zip(front, front[1:] + [(left + wide, front[-1][1])]) for p in (a, (b[0], a[1]))]
+            svg.append('<polyline fill="none" stroke="#1b6ca8" points="%s"/>' %
+                       " ".join("%.1f,%.1f" % p for p in [(front[0][0], top)] + steps))
         for row in mine:
             x, y = place(row)
             color = next(c for key, c in colors.items() if row["program"].startswith(key))
@@ -420,7 +433,8 @@ def main():
     ap.add_argument("--frames", type=int, default=24); ap.add_argument("--rounds", type=int, default=3)
     ap.add_argument("--size", type=int, default=800); ap.add_argument("--scene", help="measure only scenes whose name holds this")
     ap.add_argument("--without", action="append", default=[], help="measure no programs whose name holds this")
-    ap.add_argument("--frames-of", action="append", default=[], metavar="NAME=N", help="other frames for peers whose name holds this")
+    ap.add_argument("--frames-of", action="append", default=[], metavar="NAME=N", help="other frames for programs whose name holds this")
+    ap.add_argument("--unlit", action="store_true", help="measure nothing lit")
     ap.add_argument("--again", action="store_true", help="forget what was measured before")
     args = ap.parse_args()
     os.makedirs(args.out, exist_ok=True)
