@@ -102,7 +102,7 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
             visible *= fmax(0, plan->clip_high[axis] - plan->clip_low[axis]);
         vit_plan_leave_out(plan, 0, "empty border",
                            "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
-        plan->left_out[plan->left_out_count - 1].fragments_saved = vit_plan_fragments(plan, visible * (1 - kept));
+        vit_plan_save_fragments(plan, "empty border", vit_plan_fragments(plan, visible * (1 - kept)));
     }
 }
 
@@ -160,8 +160,8 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
                 drawn *= fmax(0, plan->draw_high[axis] - plan->draw_low[axis]);
             vit_plan_leave_out(plan, 0, "empty space", "rays jump over the %.0f %% of bricks that hold nothing visible",
                                100 * plan->empty_share);
-            plan->left_out[plan->left_out_count - 1].fragments_saved =
-                vit_plan_fragments(plan, fmax(0, drawn - (1 - plan->empty_share)));
+            vit_plan_save_fragments(plan, "empty space",
+                                    vit_plan_fragments(plan, fmax(0, drawn - (1 - plan->empty_share))));
         }
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {

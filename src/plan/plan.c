@@ -73,6 +73,13 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
     entry->fragments_saved = 0;
 }
 
+void vit_plan_save_fragments(struct vit_plan *plan, const char *what, double fragments)
+{
+    for (int i = 0; i < plan->left_out_count; i++)
+        if (strcmp(plan->left_out[i].what, what) == 0)
+            plan->left_out[i].fragments_saved = fragments;
+}
+
 double vit_plan_fragments(const struct vit_plan *plan, double share)
 {
     double pixel = plan->camera.pixel_mm, mm3 = fabs(vit_mat4_det3(plan->mm_from_tex)) * share;

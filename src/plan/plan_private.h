@@ -35,6 +35,8 @@
 bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
 /* Pixels × slabs of a part of the volume, of this share of its box: those of a picture that holds all of it. */
 double vit_plan_fragments(const struct vit_plan *plan, double share);
+/* Of what was left out under that name. */
+void vit_plan_save_fragments(struct vit_plan *plan, const char *what, double fragments);
 void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)
     VIT_PRINTF(4, 5);
 

@@ -777,6 +777,17 @@ static void nothing_over_the_picture_takes_no_pass(void **state)
     struct vit_plan_request request = ask(scene);
     struct vit_plan plan = make(scene, &request);
     assert_true(!plan.overlay && leaves_out(&plan, "overlay pass"));
+    /* What was saved: a pass of all pixels; and of pixels × slabs what lies outside the 16³ voxels of two bricks a
+     * side. */
+    double pixels = plan.camera.width_px * (double)plan.camera.height_px;
+    double pixel = plan.camera.pixel_mm, all = 64 * 48 * 80 / (pixel * pixel * plan.slab_mm);
+    for (int i = 0; i < plan.left_out_count; i++) {
+        const struct vit_left_out *left = &plan.left_out[i];
+        if (strcmp(left->what, "overlay pass") == 0)
+            assert_true(left->fragments_saved == pixels);
+        if (strcmp(left->what, "empty border") == 0)
+            assert_true(fabs(left->fragments_saved - all * (1 - 16.0 * 16 * 16 / (64 * 48 * 40))) < 1e-6 * all);
+    }
     request.keep = keep;
     request.keep_count = 1;
     plan = make(scene, &request);
