@@ -16,17 +16,27 @@ static struct vit_piece join(const struct vit_piece *a, const struct vit_piece *
     return both;
 }
 
-/* The next run of wanted bricks of a row from *at on; gaps of `waste` at most are no end. */
-static bool next_run(const uint8_t *row, size_t columns, size_t waste, size_t *at, struct vit_piece *run)
+static bool is_wanted(const struct vit_layer *layer, size_t column, size_t row)
 {
+    const uint8_t *at = layer->wanted + column * layer->stride[0] + row * layer->stride[1];
+    for (size_t i = 0; i < layer->count[2]; i++)
+        if (at[i * layer->stride[2]])
+            return true;
+    return false;
+}
+
+/* The next run of wanted bricks of a row from *at on; gaps of `waste` at most are no end. */
+static bool next_run(const struct vit_layer *layer, size_t row, size_t waste, size_t *at, struct vit_piece *run)
+{
+    const size_t columns = layer->count[0];
     size_t low = *at;
-    while (low < columns && !row[low])
+    while (low < columns && !is_wanted(layer, low, row))
         low++;
     size_t high = low;
     for (size_t i = low; i < columns && i <= high + waste; i++)
-        high = row[i] ? i + 1 : high;
-    run->low[0] = low;
-    run->high[0] = *at = high;
+        high = is_wanted(layer, i, row) ? i + 1 : high;
+    *run = (struct vit_piece){{low, row}, {high, row + 1}};
+    *at = high;
     return high > low;
 }
 
@@ -50,18 +60,16 @@ static void take_run(struct vit_pieces *pieces, const struct vit_piece *run, siz
         pieces->piece[pieces->count++] = *run;
 }
 
-void vit_pieces_find(struct vit_pieces *pieces, const uint8_t *wanted, size_t columns, size_t rows, size_t waste)
+void vit_pieces_find(struct vit_pieces *pieces, const struct vit_layer *layer, size_t waste)
 {
-    struct vit_piece whole = {{0, 0}, {0, 0}};
+    struct vit_piece whole = {{0, 0}, {0, 0}}, run;
     size_t sum = 0;
     pieces->count = 0;
-    for (size_t j = 0; j < rows; j++) {
-        struct vit_piece run = {{0, j}, {0, j + 1}};
-        for (size_t at = 0; next_run(wanted + j * columns, columns, waste, &at, &run);) {
+    for (size_t row = 0; row < layer->count[1]; row++)
+        for (size_t at = 0; next_run(layer, row, waste, &at, &run);) {
             take_run(pieces, &run, waste);
             whole = whole.high[0] > 0 ? join(&whole, &run) : run;
         }
-    }
     for (size_t p = 0; p < pieces->count; p++)
         sum += area_of(&pieces->piece[p]);
     if (sum <= area_of(&whole))

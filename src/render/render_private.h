@@ -86,18 +86,6 @@ static inline void vit_uniform_vec3(GLint location, struct vit_vec3 v)
     glUniform3f(location, (float)v.x, (float)v.y, (float)v.z);
 }
 
-/* pieces.c: rectangles of bricks [low, high) by column and row, which hold whatever is wanted of a layer of them and,
- * all together, are no larger than the box round it. One more is worth it if it saves more than `waste` bricks. */
-#define VIT_PIECES_MOST 256
-struct vit_piece {
-    size_t low[2], high[2];
-};
-struct vit_pieces {
-    struct vit_piece piece[VIT_PIECES_MOST];
-    size_t count;
-};
-void vit_pieces_find(struct vit_pieces *pieces, const uint8_t *wanted, size_t columns, size_t rows, size_t waste);
-
 /* upload.c: fills a 3D texture a batch of slices at a time. Room for a batch is kept where frames follow each other. */
 struct vit_staging {
     unsigned char *bytes;
@@ -185,6 +173,23 @@ struct vit_program {
 
 struct vit_mesh_part;
 
+/* pieces.c: rectangles of bricks [low, high) by column and row, which hold whatever is wanted of a layer of them and,
+ * all together, are no larger than the box round it. One more is worth it if it saves more than `waste` bricks. */
+#define VIT_PIECES_MOST 128
+struct vit_piece {
+    size_t low[2], high[2];
+};
+struct vit_pieces {
+    struct vit_piece piece[VIT_PIECES_MOST];
+    size_t count;
+};
+/* Columns, rows, and layers that are taken together: how many there are of each, and bytes from one to the next. */
+struct vit_layer {
+    const uint8_t *wanted;
+    size_t count[3], stride[3];
+};
+void vit_pieces_find(struct vit_pieces *pieces, const struct vit_layer *layer, size_t waste);
+
 /* tiles.c: what fills a stack's textures with tiles. */
 struct vit_tiles {
     const char *what;
@@ -207,7 +212,9 @@ struct vit_tiles_part {
 struct vit_tiler {
     const struct vit_tiles *tiles;
     size_t texture, first, count;
-    struct vit_tiles_part part; /* that holds anything wanted */
+    struct vit_tiles_part part; /* of those that hold anything wanted, the one whose turn it is */
+    struct vit_pieces pieces;
+    size_t piece;
     struct vit_stack_brick brick;
     size_t stride[3]; /* of the volume, by axis */
     size_t batch, chunk_bytes;

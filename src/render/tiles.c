@@ -5,6 +5,8 @@
 #define CHUNK_BYTES ((size_t)4 << 20)
 /* Voxels across a tile that are transposed at once: their cache lines stay in the first-level cache. */
 #define BLOCK 64
+/* Bricks that are sent although nobody asks for them, for a call less in each of eight slices. */
+#define WASTE 8
 
 static size_t width_of(const struct vit_tiles_part *part)
 {
@@ -60,58 +62,53 @@ void vit_tiles_fill(const struct vit_tiler *tiler, bool parallel, unsigned char 
 
 /* ---- what is wanted ---------------------------------------------------------------------------------------------- */
 
-/* The box round the wanted bricks of the volume [low, high) by axis; in bricks, and so is what comes out. */
-static bool box_of_wanted(const struct vit_tiles *tiles, const size_t low[3], const size_t high[3], int across,
-                          int down, struct vit_tiles_part *box)
-{
-    const size_t columns = (tiles->n[0] + VIT_BRICK - 1) / VIT_BRICK, rows = (tiles->n[1] + VIT_BRICK - 1) / VIT_BRICK;
-    size_t at[3];
-    *box = (struct vit_tiles_part){{SIZE_MAX, SIZE_MAX}, {0, 0}};
-    for (at[2] = low[2]; at[2] < high[2]; at[2]++)
-        for (at[1] = low[1]; at[1] < high[1]; at[1]++)
-            for (at[0] = low[0]; at[0] < high[0]; at[0]++) {
-                if (!tiles->wanted[(at[2] * rows + at[1]) * columns + at[0]])
-                    continue;
-                const size_t here[2] = {at[across], at[down]};
-                for (int i = 0; i < 2; i++) {
-                    box->low[i] = here[i] < box->low[i] ? here[i] : box->low[i];
-                    box->high[i] = here[i] + 1 > box->high[i] ? here[i] + 1 : box->high[i];
-                }
-            }
-    return box->high[0] > 0;
-}
-
-/* The part of the run of tiles that holds anything wanted. False: nothing is. */
-static bool take_part(struct vit_tiler *tiler)
+/* Pieces of the run of tiles that hold anything wanted, in bricks of the volume from the brick's first one on. */
+static void find_pieces(struct vit_tiler *tiler)
 {
     const struct vit_tiles *tiles = tiler->tiles;
     const struct vit_stack_layout *layout = tiles->layout;
     const struct vit_stack_brick *brick = &tiler->brick;
-    const int axes[2] = {layout->across, layout->down};
-    struct vit_tiles_part box;
-    for (int i = 0; i < 2; i++) {
-        tiler->part.low[i] = 0;
-        tiler->part.high[i] = brick->last[axes[i]] - brick->first[axes[i]] + 1;
-    }
+    const int axes[3] = {layout->across, layout->down, layout->axis};
+    const size_t columns = (tiles->n[0] + VIT_BRICK - 1) / VIT_BRICK, rows = (tiles->n[1] + VIT_BRICK - 1) / VIT_BRICK;
+    const size_t stride[3] = {1, columns, columns * rows};
+    tiler->piece = 0;
+    tiler->pieces.count = 1;
     if (!tiles->wanted)
-        return true;
-    size_t low[3], high[3];
-    for (int axis = 0; axis < 3; axis++) {
-        size_t first = brick->first[axis], last = brick->last[axis];
-        if (axis == layout->axis) {
+        return;
+    struct vit_layer layer = {.wanted = tiles->wanted};
+    for (int i = 0; i < 3; i++) {
+        size_t first = brick->first[axes[i]], last = brick->last[axes[i]];
+        if (i == 2) {
             size_t end = first + (tiler->first + tiler->count - 1) * tiles->step + tiles->span - 1;
             first += tiler->first * tiles->step;
             last = end < last ? end : last;
         }
-        low[axis] = first / VIT_BRICK;
-        high[axis] = last / VIT_BRICK + 1;
+        layer.wanted += first / VIT_BRICK * stride[axes[i]];
+        layer.count[i] = last / VIT_BRICK - first / VIT_BRICK + 1;
+        layer.stride[i] = stride[axes[i]];
     }
-    if (!box_of_wanted(tiles, low, high, axes[0], axes[1], &box))
+    vit_pieces_find(&tiler->pieces, &layer, WASTE);
+}
+
+/* The next piece in texels, or everything. False: there is none. */
+static bool take_part(struct vit_tiler *tiler)
+{
+    const struct vit_tiles *tiles = tiler->tiles;
+    const int axes[2] = {tiles->layout->across, tiles->layout->down};
+    if (tiler->piece == tiler->pieces.count)
         return false;
+    const struct vit_piece *piece = &tiler->pieces.piece[tiler->piece++];
     for (int i = 0; i < 2; i++) {
-        size_t first = brick->first[axes[i]], begin = box.low[i] * VIT_BRICK, end = box.high[i] * VIT_BRICK - first;
-        tiler->part.low[i] = begin > first ? begin - first : 0;
-        tiler->part.high[i] = end < tiler->part.high[i] ? end : tiler->part.high[i];
+        size_t first = tiler->brick.first[axes[i]], texels = tiler->brick.last[axes[i]] - first + 1;
+        tiler->part.low[i] = 0;
+        tiler->part.high[i] = texels;
+        if (!tiles->wanted)
+            continue;
+        /* The volume's bricks need not begin where the stack's do. */
+        size_t low = (first / VIT_BRICK + piece->low[i]) * VIT_BRICK,
+               high = (first / VIT_BRICK + piece->high[i]) * VIT_BRICK;
+        tiler->part.low[i] = low > first ? low - first : 0;
+        tiler->part.high[i] = high - first < texels ? high - first : texels;
     }
     return true;
 }
@@ -168,7 +165,7 @@ bool vit_tiles_next(struct vit_tiler *tiler)
 {
     const struct vit_tiles *tiles = tiler->tiles;
     const int axis = tiles->layout->axis;
-    do {
+    while (!take_part(tiler)) {
         size_t slices = tiler->brick.last[axis] - tiler->brick.first[axis] + 1;
         size_t count = tiles->span > 1 ? tiler->brick.tiles : slices;
         tiler->first += tiler->count;
@@ -179,7 +176,8 @@ bool vit_tiles_next(struct vit_tiler *tiler)
             continue;
         }
         tiler->count = count - tiler->first < tiler->batch ? count - tiler->first : tiler->batch;
-    } while (tiler->count == 0 || !take_part(tiler));
+        find_pieces(tiler);
+    }
     return true;
 }
 

@@ -103,7 +103,9 @@ static size_t add_slices(struct batch *batch, size_t first)
         return end;
     }
     struct vit_pieces pieces;
-    vit_pieces_find(&pieces, upload->wanted + first / VIT_BRICK * rows * columns, columns, rows, WASTE);
+    const struct vit_layer layer = {
+        upload->wanted + first / VIT_BRICK * rows * columns, {columns, rows, 1}, {1, columns, rows * columns}};
+    vit_pieces_find(&pieces, &layer, WASTE);
     for (size_t p = 0; p < pieces.count; p++) {
         const size_t *low = pieces.piece[p].low, *high = pieces.piece[p].high;
         add_box(batch, &(struct box){{low[0] * VIT_BRICK, low[1] * VIT_BRICK, first},

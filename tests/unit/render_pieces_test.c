@@ -59,7 +59,8 @@ static void pieces_hold_what_is_wanted(void **state)
         }
         for (size_t w = 0; w < VIT_ARRAY_LENGTH(wastes); w++) {
             struct vit_pieces pieces;
-            vit_pieces_find(&pieces, wanted, columns, rows, wastes[w]);
+            const struct vit_layer layer = {wanted, {columns, rows, 1}, {1, columns, 0}};
+            vit_pieces_find(&pieces, &layer, wastes[w]);
             size_t sum = sum_of(&pieces), box = count > 0 ? (high[0] - low[0]) * (high[1] - low[1]) : 0;
             assert_true(sum >= count && sum <= box && pieces.count <= VIT_PIECES_MOST);
             most = pieces.count > most ? pieces.count : most;
@@ -82,12 +83,17 @@ static void a_ring_is_not_filled(void **state)
         size_t i = at % SIDE, j = at / SIDE;
         wanted[at] = i < 3 || j < 3 || i >= SIDE - 3 || j >= SIDE - 3;
     }
-    vit_pieces_find(&pieces, wanted, SIDE, SIDE, 6);
+    const struct vit_layer layer = {wanted, {SIDE, SIDE, 1}, {1, SIDE, 0}};
+    vit_pieces_find(&pieces, &layer, 6);
     print_message("# a ring of %d of %d bricks: %zu in %zu pieces\n", 4 * 3 * (SIDE - 3), SIDE * SIDE, sum_of(&pieces),
                   pieces.count);
     assert_true(pieces.count == 4 && sum_of(&pieces) == 4 * 3 * (SIDE - 3));
+    /* The ring's upper half and its lower, as two layers, seen from the side. */
+    const struct vit_layer across = {wanted, {SIDE, SIDE / 2, 2}, {SIDE, 1, SIDE / 2}};
+    vit_pieces_find(&pieces, &across, 0);
+    assert_true(sum_of(&pieces) == SIDE * SIDE / 2 - (SIDE - 6) * (SIDE / 2 - 6) && covered(&pieces, 0, SIDE / 2 - 1));
     memset(wanted, 0, sizeof wanted);
-    vit_pieces_find(&pieces, wanted, SIDE, SIDE, 6);
+    vit_pieces_find(&pieces, &layer, 6);
     assert_int_equal(pieces.count, 0);
 }
 
