@@ -196,9 +196,11 @@ struct report_floors {
         double floor_rms[REPORT_FLOOR_RATES], floor_max[REPORT_FLOOR_RATES];
         double ours_rms[REPORT_FLOOR_RATES], ours_max[REPORT_FLOOR_RATES];
         double fitted_rms[REPORT_FLOOR_RATES], fitted_max[REPORT_FLOOR_RATES];
+        double post_floor_rms[REPORT_FLOOR_RATES], post_floor_max[REPORT_FLOOR_RATES]; /* classified afterwards */
+        double post_rms[REPORT_FLOOR_RATES], post_max[REPORT_FLOOR_RATES];
     } views[REPORT_FLOOR_VIEWS];
-    double worst;       /* greatest of ours_rms / floor_rms, where the floor is not next to nothing */
-    double worst_exact; /* greatest of ours_rms where it is */
+    double worst, post_worst; /* greatest of ours over its floor, where that is not next to nothing */
+    double worst_exact;       /* greatest of ours_rms where it is */
     int width_px, height_px;
     /* One thing changed at a time, at the most slabs: distance to the ideal slabs, and to the truth. */
     struct {

@@ -396,8 +396,8 @@ static bool scene_run(struct scene *scene)
         return false;
     answer(scene);
     if (given->say)
-        fprintf(given->say, "RMS error over that of ideal slabs, %d views: at most %.3f\n%s\n", REPORT_FLOOR_VIEWS,
-                scene->floors.worst, scene->floors.verdict);
+        fprintf(given->say, "RMS error over that of ideal slabs, %d views: at most %.3f, post-classified %.3f\n%s\n",
+                REPORT_FLOOR_VIEWS, scene->floors.worst, scene->floors.post_worst, scene->floors.verdict);
     if (given->say && *scene->lights.verdict)
         fprintf(given->say, "%s\n", scene->lights.verdict);
     report_write_rows(&scene->report);

@@ -61,6 +61,34 @@ static bool measure_rate(struct report_stage *stage, struct report_floors *floor
     return true;
 }
 
+/* Post-classification at slab centres, and its own floor. */
+static bool measure_post(struct report_stage *stage, struct report_floors *floors, size_t v, size_t r)
+{
+    struct report_setting setting =
+        report_setting_make(VIT_CLASSIFY_POST, VIT_FILTER_LINEAR, 16, report_floor_rates[r]);
+    struct vit_plan plan;
+    char case_name[64], method[40];
+    floors->views[v].post_floor_rms[r] = floors->views[v].post_rms[r] = NAN;
+    if (!report_stage_plan(stage, &setting, &plan))
+        return true;
+    snprintf(case_name, sizeof case_name, "floor %s", floors->views[v].view);
+    snprintf(method, sizeof method, "ideal slabs post %g", report_floor_rates[r]);
+    struct report_row *row = report_add(stage->report, case_name, method);
+    if (!report_stage_ideal(stage, &plan, true, row, NULL))
+        return false;
+    double floor_rms = floors->views[v].post_floor_rms[r] = row->err_rms;
+    floors->views[v].post_floor_max[r] = row->err_max;
+    snprintf(method, sizeof method, "post 16-bit linear %g", report_floor_rates[r]);
+    row = report_add(stage->report, case_name, method);
+    if (!report_stage_draw(stage, &plan, row, NULL))
+        return false;
+    floors->views[v].post_rms[r] = row->err_rms;
+    floors->views[v].post_max[r] = row->err_max;
+    if (floor_rms >= NOTHING)
+        floors->post_worst = fmax(floors->post_worst, row->err_rms / floor_rms);
+    return true;
+}
+
 static bool same_direction(const struct vit_view *a, const struct vit_view *b)
 {
     return fabs(a->azimuth_rad - b->azimuth_rad) < 1e-9 && fabs(a->elevation_rad - b->elevation_rad) < 1e-9;
@@ -217,7 +245,7 @@ bool report_floors_measure(const struct report_stage *scene, struct report_floor
         }
         bool ok = report_stage_begin(&stage, NULL);
         for (size_t r = 0; r < REPORT_FLOOR_RATES && ok; r++)
-            ok = measure_rate(&stage, floors, v, r);
+            ok = measure_rate(&stage, floors, v, r) && measure_post(&stage, floors, v, r);
         ok = ok && (v > 0 || measure_terms(&stage, floors));
         report_stage_end(&stage);
         if (!ok)
@@ -252,6 +280,29 @@ static void write_views(const struct report_floors *floors, FILE *out)
     fputs("</table>\n", out);
 }
 
+static void write_post(const struct report_floors *floors, FILE *out)
+{
+    fprintf(out,
+            "<p>The same for post-classification at slab centres, whose floor is another. Worst: <b>%.3f</b>.</p>\n"
+            "<table><tr><th class=name>view</th><th>slabs per voxel</th><th>ideal: RMS /255</th><th>max /255</th>"
+            "<th>ours: RMS /255</th><th>max /255</th><th>RMS over floor</th></tr>\n",
+            floors->post_worst);
+    for (size_t v = 0; v < REPORT_FLOOR_VIEWS; v++)
+        for (size_t r = 0; r < REPORT_FLOOR_RATES; r++) {
+            double floor_rms = floors->views[v].post_floor_rms[r], ours = floors->views[v].post_rms[r];
+            if (isnan(ours) || isnan(floor_rms))
+                continue;
+            bool bad = floor_rms >= NOTHING && ours > GOAL * floor_rms;
+            fprintf(out,
+                    "<tr%s><td class=name>%s</td><td>%g</td><td>%.4f</td><td>%.3f</td><td>%.4f</td><td>%.3f</td>"
+                    "<td>%.3f</td></tr>\n",
+                    bad ? " class=bad" : "", floors->views[v].view, report_floor_rates[r], 255 * floor_rms,
+                    255 * floors->views[v].post_floor_max[r], 255 * ours, 255 * floors->views[v].post_max[r],
+                    ours / fmax(floor_rms, 1e-30));
+        }
+    fputs("</table>\n", out);
+}
+
 static void write_terms(const struct report_floors *floors, FILE *out)
 {
     fprintf(out,
@@ -282,5 +333,6 @@ void report_floors_write(const struct report_floors *floors, FILE *out)
         "%.2g/255. Pictures of %d×%d.</p>\n",
         GOAL, floors->worst, 255 * NOTHING, 255 * floors->worst_exact, floors->width_px, floors->height_px);
     write_views(floors, out);
+    write_post(floors, out);
     write_terms(floors, out);
 }
