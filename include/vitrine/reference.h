@@ -10,12 +10,12 @@ enum vit_reference_mode {
     /* The emission-absorption integral of the interpolated field itself (OPTICS.md §5): the truth. The plan's slabs and
      * its `classify` are not used. */
     VIT_REFERENCE_CONTINUOUS,
-    /* The plan's own slabs (faces at plan->slab_mm·k, cut by the box) in ideal arithmetic: what a renderer would draw
-     * if textures, tables and framebuffer cost nothing. plan->classify says what a slab is: slab: HU at the front and
-     * the back of the part of the slab inside the box (fitted to the curve where plan->fitted says so), linear between,
-     * exact integral; post: homogeneous, HU at the
-     * middle of that part; pre:  texels classified for thickness slab_mm and interpolated there, then opacity corrected
-     * to the part's length: α' = 1-(1-α)^k, colours scaled alike (LHJ99). */
+    /* The plan's own slabs (faces at plan->slab_mm·k, or across a stack's axis, cut by the box) in ideal arithmetic:
+     * what a renderer would draw if textures, tables and framebuffer cost nothing. plan->classify says what a slab is:
+     * slab: HU at the front and the back of the part of the slab inside the box (fitted to the curve where plan->fitted
+     * says so), linear between, exact integral; post: homogeneous, HU at the middle of that part; pre:  texels
+     * classified for thickness slab_mm and interpolated there, then opacity corrected to the part's length: α' =
+     * 1-(1-α)^k, colours scaled alike (LHJ99). */
     VIT_REFERENCE_SLABS,
     VIT_REFERENCE_MODE_COUNT
 };

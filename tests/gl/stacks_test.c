@@ -174,6 +174,36 @@ static void every_format_is_close_to_the_reference(void **state)
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
 }
 
+/* Ideal slabs know stacks: what is left is formats, tables and single precision. */
+static void ideal_slabs_are_those_of_the_stack(void **state)
+{
+    static const char *const views[] = {"anterior", "30,20", "38,0", "45,20", "-100,-35"};
+    struct fixture *f = *state;
+    const struct vit_transfer before = f->preset.transfer;
+    const struct vit_caps caps = without_3d(f);
+    double worst = 0, to_truth = 0;
+    assert_true(fixture_load(f, "cube-letters"));
+    f->preset.transfer = (struct vit_transfer){VIT_QUANTITY_OPACITY, VIT_EMISSION_LUMINANCE, 1.0, 4,
+                                               (struct vit_transfer_point *)head_points};
+    f->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    for (size_t v = 0; v < VIT_ARRAY_LENGTH(views); v++) {
+        enum vit_projection projection = v % 2 ? VIT_PROJECTION_PERSPECTIVE : VIT_PROJECTION_ORTHO;
+        struct vit_plan plan = fixture_plan(f, views[v], projection, 1.0, &caps);
+        struct vit_frame got = fixture_draw(f, &plan), want = ideal(f, &plan, false), truth;
+        assert_true(vit_reference_draw(f->volume, &plan, NULL, &truth, &f->log, NULL));
+        worst = fmax(worst, rms(&got, &want));
+        to_truth = fmax(to_truth, rms(&want, &truth));
+        vit_frame_clear(&got);
+        vit_frame_clear(&want);
+        vit_frame_clear(&truth);
+    }
+    f->preset.transfer = before;
+    f->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    print_message("# stacks, cube-letters, 5 views: RMS to their ideal slabs %.3g, of those to the reference %.3g\n", worst,
+                  to_truth);
+    assert_true(worst < 1e-3 && worst < to_truth / 5);
+}
+
 /* A stack of the block is 0.7 MiB: without a limit three views keep three, with 1 MiB the last view's only. */
 static void only_what_fits_is_kept(void **state)
 {
@@ -202,6 +232,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(block_is_homogeneous_in_every_direction),
+        cmocka_unit_test(ideal_slabs_are_those_of_the_stack),
         cmocka_unit_test(only_what_fits_is_kept),
         cmocka_unit_test(bricks_do_not_show),
         cmocka_unit_test(every_format_is_close_to_the_reference),
