@@ -198,6 +198,7 @@ struct report_floors {
         double fitted_rms[REPORT_FLOOR_RATES], fitted_max[REPORT_FLOOR_RATES];
         double post_floor_rms[REPORT_FLOOR_RATES], post_floor_max[REPORT_FLOOR_RATES]; /* classified afterwards */
         double post_rms[REPORT_FLOOR_RATES], post_max[REPORT_FLOOR_RATES];
+        double stacks_floor_rms[REPORT_FLOOR_RATES], stacks_rms[REPORT_FLOOR_RATES]; /* fitted; NAN: not measured */
     } views[REPORT_FLOOR_VIEWS];
     double worst, post_worst; /* greatest of ours over its floor, where that is not next to nothing */
     double worst_exact;       /* greatest of ours_rms where it is */

@@ -23,6 +23,30 @@ static struct report_setting setting_at(double rate, enum vit_line line)
 
 /* ---- floors ----------------------------------------------------------------------------------------------------- */
 
+/* The slabs of stacks, ideal and ours: those of two rates, which a screen is drawn at. */
+static bool measure_stacks(struct report_stage *stage, struct report_floors *floors, size_t v, size_t r)
+{
+    struct report_setting setting = setting_at(report_floor_rates[r], VIT_LINE_FITTED);
+    struct vit_plan plan;
+    char case_name[64], method[40];
+    floors->views[v].stacks_floor_rms[r] = floors->views[v].stacks_rms[r] = NAN;
+    setting.path = VIT_PATH_STACKS;
+    if (report_floor_rates[r] > 2 || !report_stage_plan(stage, &setting, &plan))
+        return true;
+    snprintf(case_name, sizeof case_name, "floor %s", floors->views[v].view);
+    snprintf(method, sizeof method, "ideal slabs of stacks %g", report_floor_rates[r]);
+    struct report_row *row = report_add(stage->report, case_name, method);
+    if (!report_stage_ideal(stage, &plan, true, row, NULL))
+        return false;
+    floors->views[v].stacks_floor_rms[r] = row->err_rms;
+    snprintf(method, sizeof method, "stacks 16-bit linear %g", report_floor_rates[r]);
+    row = report_add(stage->report, case_name, method);
+    if (!report_stage_draw(stage, &plan, row, NULL))
+        return false;
+    floors->views[v].stacks_rms[r] = row->err_rms;
+    return true;
+}
+
 /* Ideal slabs and ours with chords, and ours with fitted lines, which the floor does not bind. */
 static bool measure_rate(struct report_stage *stage, struct report_floors *floors, size_t v, size_t r)
 {
@@ -245,7 +269,8 @@ bool report_floors_measure(const struct report_stage *scene, struct report_floor
         }
         bool ok = report_stage_begin(&stage, NULL);
         for (size_t r = 0; r < REPORT_FLOOR_RATES && ok; r++)
-            ok = measure_rate(&stage, floors, v, r) && measure_post(&stage, floors, v, r);
+            ok = measure_rate(&stage, floors, v, r) && measure_post(&stage, floors, v, r) &&
+                 measure_stacks(&stage, floors, v, r);
         ok = ok && (v > 0 || measure_terms(&stage, floors));
         report_stage_end(&stage);
         if (!ok)
@@ -258,7 +283,8 @@ static void write_views(const struct report_floors *floors, FILE *out)
 {
     fputs(
         "<table><tr><th class=name>view</th><th>slabs per voxel</th><th>ideal: RMS /255</th><th>max /255</th><th>ours: "
-        "RMS /255</th><th>max /255</th><th>RMS over floor</th><th>fitted: RMS /255</th><th>max /255</th></tr>\n",
+        "RMS /255</th><th>max /255</th><th>RMS over floor</th><th>fitted: RMS /255</th><th>max /255</th>"
+        "<th>stacks, ideal: RMS /255</th><th>stacks: RMS /255</th></tr>\n",
         out);
     for (size_t v = 0; v < REPORT_FLOOR_VIEWS; v++)
         for (size_t r = 0; r < REPORT_FLOOR_RATES; r++) {
@@ -274,8 +300,13 @@ static void write_views(const struct report_floors *floors, FILE *out)
                 fprintf(out, "%.3f</td>", ours / floor_rms);
             else
                 fputs("(exact)</td>", out);
-            fprintf(out, "<td>%.4f</td><td>%.3f</td></tr>\n", 255 * floors->views[v].fitted_rms[r],
+            fprintf(out, "<td>%.4f</td><td>%.3f</td>", 255 * floors->views[v].fitted_rms[r],
                     255 * floors->views[v].fitted_max[r]);
+            if (isnan(floors->views[v].stacks_rms[r]))
+                fputs("<td></td><td></td></tr>\n", out);
+            else
+                fprintf(out, "<td>%.4f</td><td>%.4f</td></tr>\n", 255 * floors->views[v].stacks_floor_rms[r],
+                        255 * floors->views[v].stacks_rms[r]);
         }
     fputs("</table>\n", out);
 }
