@@ -4,6 +4,7 @@ precision highp float;
 precision highp int;
 precision highp sampler2D; // lowp unless said: drivers then deliver half floats
 precision highp sampler3D;
+precision highp sampler2DArray;
 #define VIT_ES3 1
 #ifdef VIT_VERTEX
 #define VIT_ATTRIBUTE in

@@ -102,6 +102,18 @@ vec4 stack_at(sampler2D atlas, vec3 at)
 }
 #endif
 
+#elif defined(VIT_LAYERS)
+// Of a slice and of the next: four texels are fetched and blended instead of eight.
+uniform sampler2DArray texels;
+uniform float texel_layers;
+
+vec4 texel_at(vec3 position)
+{
+    float at = clamp(position.z * texel_layers - 0.5, 0.0, texel_layers - 1.0);
+    float slice = floor(at);
+    vec2 both = texture(texels, vec3(position.xy, slice)).rg;
+    return vec4(mix(both.x, both.y, at - slice));
+}
 #else
 uniform VIT_SAMPLER_3D texels;
 

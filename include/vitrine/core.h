@@ -229,6 +229,7 @@ void vit_camera_ray(const struct vit_camera *camera, double column, double row, 
     X(int, gles_minor, "OpenGL ES minor version")                                                                      \
     X(int, max_texture_size, "largest 2D texture side [texels]")                                                       \
     X(int, max_3d_texture_size, "largest 3D texture side [texels]; 0 without 3D textures")                             \
+    X(int, max_array_layers, "layers of an array of 2D textures; 0 without them")                                      \
     X(int, max_texture_mib, "largest texture memory to use [MiB]; 0 = unknown")                                        \
     X(int, texture_norm16, "16-bit normalised textures (EXT_texture_norm16)")                                          \
     X(int, texture_half_float_linear, "half-float textures with linear filter")                                        \

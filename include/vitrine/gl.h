@@ -39,12 +39,13 @@ VIT_NODISCARD bool vit_gl_texture_create(struct vit_gl *gl, unsigned *texture, u
 int vit_gl_texture_side(const struct vit_gl *gl, int texels);
 unsigned vit_gl_pixel_type(const struct vit_gl *gl, unsigned internal_format);
 
-/* What is left of OpenGL ES 3's own entry points; for the texture that is bound to GL_TEXTURE_2D or GL_TEXTURE_3D. In
- * an ES 2 context they do nothing but make vit_gl_check fail, with an error that names them. */
+/* What is left of OpenGL ES 3's own entry points; for the texture that is bound to GL_TEXTURE_2D or to `target`:
+ * GL_TEXTURE_3D or GL_TEXTURE_2D_ARRAY. In an ES 2 context they do nothing but make vit_gl_check fail, with an error
+ * that names them. */
 void vit_gl_es3_storage_2d(struct vit_gl *gl, unsigned internal_format, int width, int height);
-void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned internal_format, const size_t size[3]);
-void vit_gl_es3_pixels_3d(struct vit_gl *gl, const size_t low[3], const size_t size[3], unsigned layout, unsigned type,
-                          const void *pixels);
+void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned target, unsigned internal_format, const size_t size[3]);
+void vit_gl_es3_pixels_3d(struct vit_gl *gl, unsigned target, const size_t low[3], const size_t size[3],
+                          unsigned layout, unsigned type, const void *pixels);
 
 /* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */
 struct vit_gl_target {

@@ -27,6 +27,7 @@
     X(LIGHT_WEIGHT, "how much a voxel reflects depends on its boundary")                                               \
     X(LIGHT_FACTOR, "opacity follows the gradient")                                                                    \
     X(LIGHT_GAIN, "texels were lit beforehand and are stored darker, so that highlights fit")                          \
+    X(LAYERS, "texels carry HU of two slices, in layers of a 2D array; the shader interpolates between them")          \
     X(STACKS, "texels come from stacks of 2D textures")                                                                \
     X(BYTES, "of stacks: HU in two 8-bit channels, put together and interpolated in the shader")                       \
     X(PAIRS,                                                                                                           \
@@ -55,6 +56,7 @@ enum vit_texel {
     VIT_TEXEL_R16F,
     VIT_TEXEL_R8R8, /* 16 bits of HU in two channels of 8; stacks only */
     VIT_TEXEL_R32F,
+    VIT_TEXEL_R16R16, /* HU of a slice and of the next, in layers of a 2D array */
     VIT_TEXEL_COUNT
 };
 enum vit_target { VIT_TARGET_UNKNOWN = 0, VIT_TARGET_RGBA32F, VIT_TARGET_RGBA16F, VIT_TARGET_RGBA8, VIT_TARGET_COUNT };

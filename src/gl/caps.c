@@ -50,8 +50,10 @@ void vit_gl_caps_read(struct vit_caps *caps)
     if (!extensions)
         extensions = "";
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &caps->max_texture_size);
-    if (es3)
+    if (es3) {
         glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &caps->max_3d_texture_size);
+        glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &caps->max_array_layers);
+    }
     GLint range[2] = {0, 0}, bits = 0;
     glGetShaderPrecisionFormat(GL_FRAGMENT_SHADER, GL_HIGH_FLOAT, range, &bits);
     caps->fragment_highp = bits >= 23;

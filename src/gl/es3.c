@@ -19,16 +19,16 @@ void vit_gl_es3_storage_2d(struct vit_gl *gl, unsigned internal_format, int widt
         glTexStorage2D(GL_TEXTURE_2D, 1, internal_format, width, height);
 }
 
-void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned internal_format, const size_t size[3])
+void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned target, unsigned internal_format, const size_t size[3])
 {
     if (!refuse(gl, "glTexStorage3D"))
-        glTexStorage3D(GL_TEXTURE_3D, 1, internal_format, (GLsizei)size[0], (GLsizei)size[1], (GLsizei)size[2]);
+        glTexStorage3D(target, 1, internal_format, (GLsizei)size[0], (GLsizei)size[1], (GLsizei)size[2]);
 }
 
-void vit_gl_es3_pixels_3d(struct vit_gl *gl, const size_t low[3], const size_t size[3], unsigned layout, unsigned type,
-                          const void *pixels)
+void vit_gl_es3_pixels_3d(struct vit_gl *gl, unsigned target, const size_t low[3], const size_t size[3],
+                          unsigned layout, unsigned type, const void *pixels)
 {
     if (!refuse(gl, "glTexSubImage3D"))
-        glTexSubImage3D(GL_TEXTURE_3D, 0, (GLint)low[0], (GLint)low[1], (GLint)low[2], (GLsizei)size[0],
-                        (GLsizei)size[1], (GLsizei)size[2], layout, type, pixels);
+        glTexSubImage3D(target, 0, (GLint)low[0], (GLint)low[1], (GLint)low[2], (GLsizei)size[0], (GLsizei)size[1],
+                        (GLsizei)size[2], layout, type, pixels);
 }

@@ -10,7 +10,7 @@ static const struct {
     const char *name;
     size_t bytes;
 } texels[] = {{"unknown", 0}, {"RGBA8", 4}, {"RGBA16", 8}, {"RGBA16F", 8}, {"R8", 1},
-              {"R16", 2},     {"R16F", 2},  {"R8R8", 2},   {"R32F", 4}},
+              {"R16", 2},     {"R16F", 2},  {"R8R8", 2},   {"R32F", 4},    {"R16R16", 4}},
   targets[] = {{"unknown", 0}, {"RGBA32F", 16}, {"RGBA16F", 8}, {"RGBA8", 4}};
 _Static_assert(VIT_ARRAY_LENGTH(texels) == VIT_TEXEL_COUNT, "a row for every texel");
 _Static_assert(VIT_ARRAY_LENGTH(targets) == VIT_TARGET_COUNT, "a row for every target");

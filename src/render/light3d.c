@@ -69,6 +69,7 @@ static bool send_rows(struct vit_gl *gl, struct vit_light3d *light, const struct
                       const struct vit_progress *progress)
 {
     const struct vit_upload upload = {.what = "light",
+                                      .target = GL_TEXTURE_3D,
                                       .staging = &light->staging,
                                       .n = rows->plan->n,
                                       .wanted = rows->shade->wanted,
@@ -97,7 +98,7 @@ static bool make_volume(struct vit_gl *gl, GLuint *texture, GLenum internal_form
     *texture = make_texture(gl, GL_TEXTURE_3D, "light");
     if (!*texture)
         return false;
-    vit_gl_es3_storage_3d(gl, internal_format, plan->n);
+    vit_gl_es3_storage_3d(gl, GL_TEXTURE_3D, internal_format, plan->n);
     vit_texture_filter(GL_TEXTURE_3D, linear);
     char where[128];
     snprintf(where, sizeof where, "light texture of %zu x %zu x %zu (%.0f MiB)", plan->n[0], plan->n[1], plan->n[2],

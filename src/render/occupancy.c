@@ -12,7 +12,8 @@ static bool make_3d(struct vit_gl *gl, struct vit_occupancy *occupancy, const st
         return false;
     }
     glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-    vit_gl_es3_storage_3d(gl, vit_texel_formats[plan->occupancy_texel].internal_format, plan->occupancy_n);
+    vit_gl_es3_storage_3d(gl, GL_TEXTURE_3D, vit_texel_formats[plan->occupancy_texel].internal_format,
+                          plan->occupancy_n);
     vit_texture_filter(GL_TEXTURE_3D, false);
     return vit_gl_check(gl, "empty-space texture");
 }
@@ -48,7 +49,7 @@ static bool send(struct vit_gl *gl, struct vit_occupancy *occupancy, const struc
                         occupancy->texels);
     } else {
         glBindTexture(GL_TEXTURE_3D, occupancy->texture);
-        vit_gl_es3_pixels_3d(gl, origin, n, format->layout, format->type, occupancy->texels);
+        vit_gl_es3_pixels_3d(gl, GL_TEXTURE_3D, origin, n, format->layout, format->type, occupancy->texels);
     }
     memcpy(occupancy->ahead, plan->ahead, sizeof occupancy->ahead);
     return vit_gl_check(gl, "empty-space texture");

@@ -97,14 +97,14 @@ struct vit_upload {
     const size_t *n;
     const uint8_t *wanted; /* bricks; only they, and few between them, are sent. NULL: everything */
     size_t texel_bytes;
-    GLenum layout, type;
+    GLenum target, layout, type;
     /* Texels of `count` voxels of a row, from number `first` of the volume on. Called by several threads at once. */
     void (*row)(const void *user, size_t first, size_t count, unsigned char *out);
     const void *user;
 };
 /* At least so many bytes, zeroed where they are new. NULL: out of memory. */
 VIT_NODISCARD void *vit_staging_get(struct vit_staging *staging, size_t bytes);
-/* Into the texture that is bound to GL_TEXTURE_3D. False: out of memory or cancelled (logged). */
+/* Into the texture that is bound to `target`. False: out of memory or cancelled (logged). */
 VIT_NODISCARD bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload,
                                   const struct vit_progress *progress);
 
@@ -139,6 +139,7 @@ void vit_light2d_clear(struct vit_light2d *light);
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
+    GLenum target; /* GL_TEXTURE_3D, or slices in pairs: GL_TEXTURE_2D_ARRAY */
     enum vit_texel texel;
     size_t n[3];
     uint64_t made_from, lit_from;
@@ -153,7 +154,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 /* A linked program with its uniforms: of shaders/slabs.* and shaders/reduce.*; X(name). */
 /* clang-format off */
 #define VIT_UNIFORMS(X) \
-    X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(flat_color) \
+    X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(flat_color) X(texel_layers) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
     X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_from_entry) X(light_size) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \

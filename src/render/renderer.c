@@ -325,6 +325,7 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     glUniform1f(program->slab_mm, (float)plan->slab_mm);
     glUniform1f(program->texel_mm, (float)plan->slab_mm);
     glUniform1i(program->texels, 0);
+    glUniform1f(program->texel_layers, (float)plan->n[2]);
     if (plan->features & VIT_FEATURE(SKIP_EMPTY)) {
         glUniform1i(program->occupancy, 3);
         glUniform3f(program->occupancy_n, (float)plan->occupancy_n[0], (float)plan->occupancy_n[1],
@@ -385,7 +386,7 @@ static void bind_textures(struct vit_renderer *renderer, const struct vit_plan *
     glBindTexture(GL_TEXTURE_2D, renderer->table.texture);
     glActiveTexture(GL_TEXTURE0);
     if (plan->path == VIT_PATH_3D)
-        glBindTexture(GL_TEXTURE_3D, renderer->texture3d.texture);
+        glBindTexture(renderer->texture3d.target, renderer->texture3d.texture);
 }
 
 static void clear_target(const struct vit_gl_target *target)

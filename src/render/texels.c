@@ -13,6 +13,7 @@ const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
     [VIT_TEXEL_R16F] = {GL_R16F, GL_RED, GL_HALF_FLOAT, 1, 2},
     [VIT_TEXEL_R8R8] = {0, 0, GL_UNSIGNED_SHORT, 1, 2}, /* the higher byte first */
     [VIT_TEXEL_R32F] = {GL_R32F, GL_RED, GL_FLOAT, 1, 4},
+    [VIT_TEXEL_R16R16] = {GL_RG16_EXT, GL_RG, GL_UNSIGNED_SHORT, 1, 4},
 };
 
 /* Texels depend on the transfer function only where they are classified. */
@@ -70,7 +71,9 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
     *lookup = (struct vit_texels){.format = format,
                                   .dither = plan->texel_dither,
                                   .raw_min = stats->raw_min,
-                                  .entry_bytes = plan->texel_dither ? 8 : format->bytes};
+                                  .entry_bytes = plan->texel_dither                ? 8
+                                                 : plan->texel == VIT_TEXEL_R16R16 ? 2
+                                                                                   : format->bytes};
     lookup->entries = vit_alloc((size_t)count, lookup->entry_bytes);
     if (plan->light.in_texels)
         lookup->classified = vit_alloc((size_t)count, sizeof *lookup->classified);

@@ -61,7 +61,8 @@ static void send_batch(struct batch *batch)
     for (size_t b = 0; b < batch->count; b++) {
         const struct box *box = &batch->box[b];
         const size_t size[3] = {box->high[0] - box->low[0], box->high[1] - box->low[1], box->high[2] - box->low[2]};
-        vit_gl_es3_pixels_3d(batch->gl, box->low, size, upload->layout, upload->type, batch->staging + batch->place[b]);
+        vit_gl_es3_pixels_3d(batch->gl, upload->target, box->low, size, upload->layout, upload->type,
+                             batch->staging + batch->place[b]);
     }
     batch->count = 0;
 }

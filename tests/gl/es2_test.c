@@ -44,14 +44,14 @@ static void entry_points_of_es3_are_refused(void **state)
 {
     struct fixture *f = on_es2(state);
     static const size_t size[3] = {4, 4, 4};
-    vit_gl_es3_storage_3d(f->gl, 0x8058, size); /* GL_RGBA8 */
+    vit_gl_es3_storage_3d(f->gl, 0x806F, 0x8058, size); /* GL_RGBA8 */
     assert_non_null(strstr(said, "glTexStorage3D"));
     assert_false(vit_gl_check(f->gl, "test"));
     assert_true(vit_gl_check(f->gl, "test"));
     vit_gl_es3_storage_2d(f->gl, 0x8058, 4, 4);
     assert_non_null(strstr(said, "glTexStorage2D"));
     assert_false(vit_gl_check(f->gl, "test"));
-    vit_gl_es3_pixels_3d(f->gl, size, size, 0x1908, 0x1401, NULL);
+    vit_gl_es3_pixels_3d(f->gl, 0x806F, size, size, 0x1908, 0x1401, NULL);
     assert_non_null(strstr(said, "glTexSubImage3D"));
     assert_false(vit_gl_check(f->gl, "test"));
 }

@@ -438,6 +438,10 @@ static void formats_follow_capabilities(void **state)
     request.caps.software = true;
     request.caps.texture_float_linear = 1;
     assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R32F);
+    request.caps.max_array_layers = 2048;
+    struct vit_plan paired = make(scene, &request);
+    assert_int_equal(paired.texel, VIT_TEXEL_R16R16);
+    assert_true(paired.features & VIT_FEATURE(LAYERS));
     static const char *const keep[] = {"wide-texels"};
     request.keep = keep;
     request.keep_count = 1;
