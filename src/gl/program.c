@@ -59,12 +59,8 @@ static char *define_lines(const char *const *defines)
 /* What fragment stages share, each behind the one before; pulled in by a #define, or always. */
 static const struct {
     const char *name, *when;
-} shared[] = {{"common.glsl", NULL},
-              {"psi.glsl", "VIT_PSI"},
-              {"opacity.glsl", "VIT_OPACITY"},
-              {"texels.glsl", "VIT_TEXELS"},
-              {"methods.glsl", "VIT_METHOD"},
-              {"light.glsl", "VIT_LIGHT"}};
+} shared[] = {{"common.glsl", NULL},         {"psi.glsl", "VIT_PSI"},        {"opacity.glsl", "VIT_OPACITY"},
+              {"texels.glsl", "VIT_TEXELS"}, {"methods.glsl", "VIT_METHOD"}, {"light.glsl", "VIT_LIGHT"}};
 /* The prelude, those, and the stage itself. */
 #define VIT_SHADER_PARTS ((int)VIT_ARRAY_LENGTH(shared) + 2)
 

@@ -1,6 +1,6 @@
 /* Time of the GPU for what is drawn between two calls (EXT_disjoint_timer_query). Waits before and after: for
- * measuring, not for the frame loop. Two times of the GPU's clock and not GL_TIME_ELAPSED: llvmpipe begins and ends that
- * anew in every tile, and gives the last one's. */
+ * measuring, not for the frame loop. Two times of the GPU's clock and not GL_TIME_ELAPSED: llvmpipe begins and ends
+ * that anew in every tile, and gives the last one's. */
 #include <EGL/egl.h>
 #include <GLES3/gl3.h>
 

@@ -199,8 +199,8 @@ static void ideal_slabs_are_those_of_the_stack(void **state)
     }
     f->preset.transfer = before;
     f->preset.sampling.classify = VIT_CLASSIFY_PRE;
-    print_message("# stacks, cube-letters, 5 views: RMS to their ideal slabs %.3g, of those to the reference %.3g\n", worst,
-                  to_truth);
+    print_message("# stacks, cube-letters, 5 views: RMS to their ideal slabs %.3g, of those to the reference %.3g\n",
+                  worst, to_truth);
     assert_true(worst < 1e-3 && worst < to_truth / 5);
 }
 

@@ -1,5 +1,7 @@
 /* render: rectangles that hold whatever is wanted of a layer of bricks, against what is wanted. */
 #include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
