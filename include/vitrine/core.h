@@ -102,6 +102,11 @@ uint64_t vit_memory_peak_bytes(void);
 /* The memory that this process may have [bytes]: the machine's, or what its container is held to (0 where unknown). */
 uint64_t vit_memory_limit_bytes(void);
 
+/* FNV-1a, from VIT_HASH_START or an earlier hash on: what something was made from, so that it is made again only when
+ * that changes. Not for what somebody may forge. */
+#define VIT_HASH_START 0xcbf29ce484222325u
+uint64_t vit_hash_bytes(uint64_t hash, const void *data, size_t bytes);
+
 /* ---- geometry in double precision (patient space is DICOM LPS in mm) ------------------------------------ */
 
 struct vit_vec3 {

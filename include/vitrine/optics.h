@@ -24,6 +24,8 @@ struct vit_transfer {
 };
 /* True if ascending, finite, in range and at most two points share a HU; else logged. */
 VIT_NODISCARD bool vit_transfer_check(const struct vit_transfer *transfer, const struct vit_log *log);
+/* Of all of it (vit_hash_bytes). */
+uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer);
 
 /* Colour and quantity at one HU, linear between points: value is opacity per unit_mm or attenuation, as given. */
 struct vit_transfer_point vit_transfer_at(const struct vit_transfer *transfer, double hu);

@@ -130,8 +130,7 @@ char *app_quality_path(const struct app_scene *scene, const struct app *app, con
 VIT_NODISCARD bool app_quality_recall(const char *path, size_t count, size_t *way, double *error);
 void app_quality_keep(const char *path, size_t way, double error);
 
-/* ---- cost.c: what a frame's parts cost ----------------------------------------------------------------------------
- */
+/* ---- cost.c: what a frame's parts cost --------------------------------------------------------------------------- */
 
 struct app_cost {
     double pass_ms[VIT_PASS_COUNT]; /* on the GPU; negative: not drawn, or no timer queries */

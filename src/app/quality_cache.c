@@ -6,38 +6,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-static uint64_t mix(uint64_t hash, const void *data, size_t bytes)
-{
-    const unsigned char *byte = data;
-    for (size_t i = 0; i < bytes; i++)
-        hash = (hash ^ byte[i]) * 0x100000001b3u;
-    return hash;
-}
-
 /* Bricks' least and greatest values tell volumes apart that anybody will meet. */
 static uint64_t mix_volume(uint64_t hash, const struct vit_volume *volume)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
     size_t bricks = stats->bricks[0] * stats->bricks[1] * stats->bricks[2];
-    hash = mix(hash, info->n, sizeof info->n);
-    hash = mix(hash, &info->slope, sizeof info->slope);
-    hash = mix(hash, &info->intercept, sizeof info->intercept);
-    hash = mix(hash, stats->brick_min, bricks * sizeof *stats->brick_min);
-    return mix(hash, stats->brick_max, bricks * sizeof *stats->brick_max);
+    hash = vit_hash_bytes(hash, info->n, sizeof info->n);
+    hash = vit_hash_bytes(hash, &info->slope, sizeof info->slope);
+    hash = vit_hash_bytes(hash, &info->intercept, sizeof info->intercept);
+    hash = vit_hash_bytes(hash, stats->brick_min, bricks * sizeof *stats->brick_min);
+    return vit_hash_bytes(hash, stats->brick_max, bricks * sizeof *stats->brick_max);
 }
 
 char *app_quality_path(const struct app_scene *scene, const struct app *app, const void *ways, size_t bytes)
 {
     bool snapshot = app->settings->command == VIT_COMMAND_SNAPSHOT;
-    uint64_t hash = mix(0xcbf29ce484222325u, ways, bytes);
-    hash = mix(hash, VIT_VERSION, sizeof VIT_VERSION);
+    uint64_t hash = vit_hash_bytes(VIT_HASH_START, ways, bytes);
+    hash = vit_hash_bytes(hash, VIT_VERSION, sizeof VIT_VERSION);
     for (const struct vit_shader_source *source = vit_shader_sources; source->name; source++)
-        hash = mix(hash, source->text, source->bytes);
-    hash = mix(hash, &scene->plan.digest, sizeof scene->plan.digest);
-    hash = mix(hash, scene->plan.background, sizeof scene->plan.background);
-    hash = mix(hash, &app->settings->max_error, sizeof app->settings->max_error);
-    hash = mix(hash, &snapshot, sizeof snapshot);
+        hash = vit_hash_bytes(hash, source->text, source->bytes);
+    hash = vit_hash_bytes(hash, &scene->plan.digest, sizeof scene->plan.digest);
+    hash = vit_hash_bytes(hash, scene->plan.background, sizeof scene->plan.background);
+    hash = vit_hash_bytes(hash, &app->settings->max_error, sizeof app->settings->max_error);
+    hash = vit_hash_bytes(hash, &snapshot, sizeof snapshot);
     return vit_gl_cache_path(scene->gl, "max-error", mix_volume(hash, scene->volume));
 }
 

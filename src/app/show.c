@@ -95,16 +95,17 @@ static bool prepare(struct show *show, const struct vit_view *at, int shrink)
     return vit_renderer_prepare(show->drawer.renderer, &show->scene.plan, &show->app->progress);
 }
 
-/* Goes on with the stacks that will be needed. One more of them may make another picture. */
-static bool advance(struct show *show)
+/* Goes on with the stacks that will be needed. One more of them may make another picture. Where one cannot be made
+ * beside the frames (memory, no thread) pictures wait for theirs from now on, until the next preset. */
+static void advance(struct show *show)
 {
     unsigned before = show->scene.stacks_there;
-    show->status = VIT_EXIT_DISPLAY;
-    if (!app_drawer_advance(&show->drawer, &show->scene))
-        return false;
+    if (!app_drawer_advance(&show->drawer, &show->scene)) {
+        vit_warn(&show->app->log, "show: pictures wait for their stacks from now on");
+        show->scene.beside = false;
+        show->dirty = true;
+    }
     show->dirty = show->dirty || (show->scene.plan.makeshift && show->scene.stacks_there != before);
-    show->status = VIT_EXIT_DONE;
-    return true;
 }
 
 /* Everything that a frame of this preset can need, before the loop: textures, programs, and both sizes of picture, from
@@ -131,8 +132,7 @@ static bool warm_up(struct show *show)
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
               probe_ms, show->pace.shrink);
     show->scene.beside = true;
-    if (!advance(show))
-        return false;
+    advance(show);
     show->dirty = true;
     show->moved_ns = 0;
     show->status = VIT_EXIT_DONE;
@@ -157,8 +157,8 @@ static bool frame(struct show *show)
         show->dirty = true;
     }
     bool moving = is_moving(show, now);
-    if (!advance(show))
-        return false;
+    if (show->scene.beside)
+        advance(show);
     if (!show->dirty && (!show->rough || moving))
         return true;
     int shrink = moving ? show->pace.shrink : 1;
@@ -321,7 +321,7 @@ static int poll_timeout(const struct show *show)
         return wait;
     if (show->dirty || show->turning)
         return 0;
-    if (app_drawer_is_advancing(&show->drawer, &show->scene))
+    if (show->scene.beside && app_drawer_is_advancing(&show->drawer, &show->scene))
         wait = wait < 0 || wait > ADVANCE_MS ? ADVANCE_MS : wait;
     if (show->rough) {
         uint64_t rest = show->moved_ns + REST_AFTER_NS;

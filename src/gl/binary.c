@@ -21,19 +21,11 @@ struct header {
 };
 static const char magic[8] = "VITPROG";
 
-uint64_t vit_gl_hash(uint64_t hash, const void *data, size_t bytes)
-{
-    const unsigned char *byte = data;
-    for (size_t i = 0; i < bytes; i++)
-        hash = (hash ^ byte[i]) * 0x100000001b3u;
-    return hash;
-}
-
 uint64_t vit_gl_driver_hash(const struct vit_gl *gl)
 {
-    uint64_t hash = vit_gl_hash(0xcbf29ce484222325u, gl->caps.vendor, sizeof gl->caps.vendor);
-    hash = vit_gl_hash(hash, gl->caps.renderer, sizeof gl->caps.renderer);
-    return vit_gl_hash(hash, gl->caps.version, sizeof gl->caps.version);
+    uint64_t hash = vit_hash_bytes(VIT_HASH_START, gl->caps.vendor, sizeof gl->caps.vendor);
+    hash = vit_hash_bytes(hash, gl->caps.renderer, sizeof gl->caps.renderer);
+    return vit_hash_bytes(hash, gl->caps.version, sizeof gl->caps.version);
 }
 
 /* NULL: none. */
@@ -74,7 +66,7 @@ char *vit_gl_cache_path(const struct vit_gl *gl, const char *name, uint64_t key)
     uint64_t driver = vit_gl_driver_hash(gl);
     char *folder = open_folder();
     char *path = folder ? vit_strprintf("%s/%s-%016llx.txt", folder, name,
-                                        (unsigned long long)vit_gl_hash(key, &driver, sizeof driver))
+                                        (unsigned long long)vit_hash_bytes(key, &driver, sizeof driver))
                         : NULL;
     vit_free(folder);
     return path;
@@ -106,7 +98,7 @@ static void *read_program(const char *path, uint64_t key, struct header *header)
     if (good)
         data = vit_alloc(header->bytes, 1);
     good = data && fread(data, 1, header->bytes, file) == header->bytes && fread(&more, 1, 1, file) == 0 &&
-           vit_gl_hash(key, data, header->bytes) == header->checksum;
+           vit_hash_bytes(key, data, header->bytes) == header->checksum;
     fclose(file);
     if (good)
         return data;
@@ -183,8 +175,10 @@ void vit_gl_binary_save(struct vit_gl *gl, unsigned program, const char *name, u
     bool good = data && glGetError() == GL_NO_ERROR && bytes > 0;
     struct vit_outfile *file = good ? vit_outfile_create(path, NULL) : NULL;
     if (file) {
-        struct header header = {
-            .key = key, .checksum = vit_gl_hash(key, data, (size_t)bytes), .format = format, .bytes = (uint32_t)bytes};
+        struct header header = {.key = key,
+                                .checksum = vit_hash_bytes(key, data, (size_t)bytes),
+                                .format = format,
+                                .bytes = (uint32_t)bytes};
         memcpy(header.magic, magic, sizeof magic);
         FILE *stream = vit_outfile_stream(file);
         good = fwrite(&header, sizeof header, 1, stream) == 1 && fwrite(data, (size_t)bytes, 1, stream) == 1;

@@ -24,7 +24,6 @@ void vit_gl_caps_read(struct vit_caps *caps);
 
 /* binary.c: linked programs on disk, named after what they were made from. load: 0 if there is none; save: never fails
  * loudly. */
-uint64_t vit_gl_hash(uint64_t hash, const void *data, size_t bytes);
 uint64_t vit_gl_driver_hash(const struct vit_gl *gl);
 bool vit_gl_binary_wanted(const struct vit_gl *gl);
 unsigned vit_gl_binary_load(struct vit_gl *gl, const char *name, uint64_t key);

@@ -185,7 +185,7 @@ static bool hash_program(const struct vit_gl *gl, const char *name, const char *
         const char *extension;
     } stages[] = {{GL_VERTEX_SHADER, "vert"}, {GL_FRAGMENT_SHADER, "frag"}};
     bool good = true;
-    *key = vit_gl_hash(vit_gl_driver_hash(gl), defines, strlen(defines));
+    *key = vit_hash_bytes(vit_gl_driver_hash(gl), defines, strlen(defines));
     for (size_t i = 0; good && i < VIT_ARRAY_LENGTH(stages); i++) {
         struct source parts[VIT_SHADER_PARTS];
         char file[64];
@@ -193,7 +193,7 @@ static bool hash_program(const struct vit_gl *gl, const char *name, const char *
         good = load_parts(gl, stages[i].type, file, defines, parts);
         for (int p = 0; p < VIT_SHADER_PARTS; p++) {
             if (good)
-                *key = vit_gl_hash(*key, parts[p].text, strlen(parts[p].text) + 1);
+                *key = vit_hash_bytes(*key, parts[p].text, strlen(parts[p].text) + 1);
             vit_free(parts[p].owned);
         }
     }

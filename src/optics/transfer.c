@@ -4,6 +4,14 @@
 
 #include <math.h>
 
+uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer)
+{
+    hash = vit_hash_bytes(hash, &transfer->quantity, sizeof transfer->quantity);
+    hash = vit_hash_bytes(hash, &transfer->emission, sizeof transfer->emission);
+    hash = vit_hash_bytes(hash, &transfer->unit_mm, sizeof transfer->unit_mm);
+    return vit_hash_bytes(hash, transfer->points, transfer->count * sizeof *transfer->points);
+}
+
 static bool point_check(const struct vit_transfer *transfer, size_t i, const struct vit_log *log)
 {
     const struct vit_transfer_point *point = &transfer->points[i];

@@ -1,17 +1,8 @@
 /* A picture that is there already is not drawn again: everything that pixels depend on, as one number. */
 #include "plan_private.h"
 
-/* FNV-1a. */
-static uint64_t mix(uint64_t hash, const void *data, size_t bytes)
-{
-    const unsigned char *byte = data;
-    for (size_t i = 0; i < bytes; i++)
-        hash = (hash ^ byte[i]) * 0x100000001b3u;
-    return hash;
-}
-
 /* Fields one by one: what lies between them is nobody's. */
-#define MIX(field) hash = mix(hash, &(field), sizeof(field))
+#define MIX(field) hash = vit_hash_bytes(hash, &(field), sizeof(field))
 
 static uint64_t mix_geometry(uint64_t hash, const struct vit_plan *plan)
 {
@@ -40,15 +31,10 @@ static uint64_t mix_geometry(uint64_t hash, const struct vit_plan *plan)
 
 static uint64_t mix_matter(uint64_t hash, const struct vit_plan *plan)
 {
-    const struct vit_transfer *transfer = plan->transfer;
     MIX(plan->technique);
     MIX(plan->classify);
     MIX(plan->filter);
-    MIX(transfer->quantity);
-    MIX(transfer->emission);
-    MIX(transfer->unit_mm);
-    MIX(transfer->count);
-    return mix(hash, transfer->points, transfer->count * sizeof *transfer->points);
+    return vit_hash_transfer(hash, plan->transfer);
 }
 
 static uint64_t mix_light(uint64_t hash, const struct vit_plan *plan)
@@ -74,8 +60,9 @@ static uint64_t mix_light(uint64_t hash, const struct vit_plan *plan)
     MIX(model->boundary_count);
     MIX(model->gradient_opacity_count);
     MIX(model->vox_mm);
-    hash = mix(hash, model->boundaries, model->boundary_count * sizeof *model->boundaries);
-    return mix(hash, model->gradient_opacity, model->gradient_opacity_count * sizeof *model->gradient_opacity);
+    hash = vit_hash_bytes(hash, model->boundaries, model->boundary_count * sizeof *model->boundaries);
+    return vit_hash_bytes(hash, model->gradient_opacity,
+                          model->gradient_opacity_count * sizeof *model->gradient_opacity);
 }
 
 static uint64_t mix_formats(uint64_t hash, const struct vit_plan *plan)
@@ -110,7 +97,7 @@ static uint64_t mix_formats(uint64_t hash, const struct vit_plan *plan)
 
 uint64_t vit_plan_digest(const struct vit_plan *plan)
 {
-    uint64_t hash = 0xcbf29ce484222325u;
+    uint64_t hash = VIT_HASH_START;
     hash = mix_geometry(hash, plan);
     hash = mix_matter(hash, plan);
     hash = plan->light.on ? mix_light(hash, plan) : hash;

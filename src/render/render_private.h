@@ -6,11 +6,6 @@
 
 #include "es2_only.h"
 
-/* FNV-1a: what a texture was made from, so that it is made again only when that changes. */
-#define VIT_HASH_START 0xcbf29ce484222325u
-uint64_t vit_hash_bytes(uint64_t hash, const void *data, size_t bytes);
-uint64_t vit_hash_transfer(uint64_t hash, const struct vit_transfer *transfer);
-
 /* texels.c: voxels to texels, a line at a time; one entry for every raw value that occurs. */
 struct vit_texel_format {
     GLenum internal_format, layout, type;

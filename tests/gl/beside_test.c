@@ -160,7 +160,6 @@ static void a_job_may_be_left(void **state)
         if (way > 0)
             assert_true(rest(&loop, 90) == 0);
         vit_renderer_destroy(&loop.alone);
-        vit_renderer_destroy(&loop.alone);
         vit_renderer_destroy(&f->renderer);
     }
 }
