@@ -4,8 +4,6 @@
 
 #include "render_private.h"
 
-#define TABLE_WIDTH 256 /* shaders/light.glsl: a number's lower byte is the column, its upper byte the row */
-
 bool vit_light2d_has_factors(const struct vit_plan *plan)
 {
     return plan->features & VIT_FEATURE(LIGHT_WEIGHT) && plan->features & VIT_FEATURE(LIGHT_FACTOR);
@@ -53,14 +51,14 @@ static void put_entry(const struct vit_plan_light *light, const struct vit_lit *
     }
 }
 
-/* Sides are powers of two: some GLs have no others. */
+/* Sides are powers of two: some GLs have no others. A number's lower byte is the column, its upper byte the row. */
 static bool send_table(struct vit_gl *gl, struct vit_light2d *light, const struct vit_shade *shade,
                        const struct vit_plan *plan, struct vit_staging *staging)
 {
     size_t entries = vit_sphere_count(shade->sphere) + 1, rows = 1;
-    while (rows * TABLE_WIDTH < entries)
+    while (rows * VIT_LIGHT_TABLE_WIDTH < entries)
         rows *= 2;
-    size_t part = rows * TABLE_WIDTH, tables = shade->grey ? 1 : 4;
+    size_t part = rows * VIT_LIGHT_TABLE_WIDTH, tables = shade->grey ? 1 : 4;
     unsigned char *texels = vit_staging_get(staging, 4 * tables * part);
     if (!texels) {
         vit_error(vit_gl_log(gl), "out of memory for a table of %zu directions", entries);
@@ -71,13 +69,13 @@ static bool send_table(struct vit_gl *gl, struct vit_light2d *light, const struc
     int height = (int)(tables * rows);
     if (light->table && light->rows != height)
         vit_light2d_clear(light);
-    bool good =
-        light->table || vit_gl_texture_create(gl, &light->table, GL_RGBA8, TABLE_WIDTH, height, "table of directions");
+    bool good = light->table || vit_gl_texture_create(gl, &light->table, GL_RGBA8, VIT_LIGHT_TABLE_WIDTH, height,
+                                                      "table of directions");
     if (good) {
         glBindTexture(GL_TEXTURE_2D, light->table);
         vit_texture_filter(GL_TEXTURE_2D, false);
         glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, height, GL_RGBA, GL_UNSIGNED_BYTE, texels);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, VIT_LIGHT_TABLE_WIDTH, height, GL_RGBA, GL_UNSIGNED_BYTE, texels);
         light->rows = height;
         light->bytes = (uint64_t)tables * part * 4;
     }

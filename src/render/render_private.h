@@ -63,13 +63,13 @@ void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, 
                     unsigned char *out);
 /* Shine in red, green and blue, and sure: under coloured lights. */
 void vit_shade_shine_line(const struct vit_shade *shade, const struct vit_texels_line *line, unsigned char *out);
-/* In single precision, for texels that are lit before they are filtered. */
 /* A copy whose tables of directions do not follow the view; everything else is the original's, which must outlive it.
  * False: out of memory. */
 VIT_NODISCARD bool vit_shade_freeze(const struct vit_shade *shade, struct vit_shade *out);
 void vit_shade_thaw(struct vit_shade *frozen);
 /* Whether it is of this plan's surfaces: its next vit_shade_prepare changes nothing but the tables of directions. */
 bool vit_shade_suits(const struct vit_shade *shade, const struct vit_plan *plan);
+/* In single precision, for texels that are lit before they are filtered. */
 struct vit_voxel_light vit_shade_voxel(const struct vit_shade *shade, const struct vit_plan *plan, size_t voxel);
 void vit_shade_clear(struct vit_shade *shade);
 
@@ -104,7 +104,7 @@ VIT_NODISCARD bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *up
                                   const struct vit_progress *progress);
 
 /* light3d.c: the light of voxels as 3D textures, lit or as numbers of directions with their table. */
-#define VIT_LIGHT_TABLE_WIDTH 256 /* of the table of directions; shaders/light.glsl */
+#define VIT_LIGHT_TABLE_WIDTH 256 /* of tables of directions, of stacks too; shaders/light.glsl */
 struct vit_light3d {
     GLuint texture, second; /* second: shine, or the table of directions */
     int table_height;
@@ -265,8 +265,7 @@ void vit_stacks_check(struct vit_stacks *stacks, const struct vit_shade *shade, 
 unsigned vit_stacks_there(const struct vit_stacks *stacks, const struct vit_plan *plan);
 void vit_stacks_clear(struct vit_stacks *stacks);
 
-/* What lines of voxels become texels by, as vit_tiles.user; lit: textures of light rather than texels, shine: its
- * second. */
+/* What lines of voxels become texels by, as vit_tiles.user. */
 struct vit_stack_source {
     const struct vit_texels *texels;
     const struct vit_shade *shade;
