@@ -71,6 +71,10 @@ struct vit_left_out {
     char why[160];
     uint64_t bytes_saved;   /* 0 where unknown or none */
     double fragments_saved; /* pixels × slabs, of a picture that holds the whole box; 0 where unknown or none */
+    const char *rule;       /* that --keep switches off; NULL: no rule's */
+    /* Of a frame, negative where it costs more than it saves; from vit_plan_costs_apply, unknown until then. */
+    bool ms_known;
+    double ms_saved;
 };
 #define VIT_LEFT_OUT_MAX 32
 
@@ -212,6 +216,11 @@ struct vit_plan {
     bool still;      /* the picture is there already: nothing is uploaded or drawn */
     bool overlay;    /* a pass for what stands over the picture, of which there is nothing yet */
 
+    /* Pixels × slabs: of the whole box, of what rules leave of it, and of what shows, by the share of voxels that do.
+     */
+    double fragments_box, fragments_left, fragments_visible;
+    double visible_share; /* of all voxels, by the histogram; with fragments_visible, negative without one */
+
     struct vit_left_out left_out[VIT_LEFT_OUT_MAX];
     int left_out_count;
 };
@@ -235,6 +244,7 @@ struct vit_plan_request {
      * (bits 1 << axis). False: stacks are made when a picture needs them, which waits. */
     bool beside;
     unsigned stacks_there;
+    const uint64_t *histogram; /* of vit_volume_histogram; NULL: not counted */
 };
 enum vit_plan_result {
     VIT_PLAN_DONE = 0,
@@ -283,5 +293,21 @@ struct vit_plan_rule {
     const char *name, *help;
 };
 extern const struct vit_plan_rule vit_plan_rules[];
+
+/* What rules save in time. Measured elsewhere, for one GL and plans of one kind (path, features, formats), by pictures
+ * with and without a rule; kept per fragment, so that other pictures, views and volumes of the kind can be told what
+ * they save before anybody draws them. In the order of vit_plan_rules. */
+#define VIT_PLAN_RULES_MAX 16
+struct vit_plan_costs {
+    struct {
+        bool known;
+        double ns; /* that a frame saves for each fragment_saved, or where that is 0, for each that is left */
+    } rules[VIT_PLAN_RULES_MAX];
+};
+/* A frame of this plan takes ms less than one without the rule. False: the plan does not say that the rule did
+ * anything, or to how many fragments. */
+bool vit_plan_costs_learn(struct vit_plan_costs *costs, const struct vit_plan *plan, const char *rule, double ms);
+/* Fills in the ms of what was left out, where they are known. */
+void vit_plan_costs_apply(const struct vit_plan_costs *costs, struct vit_plan *plan);
 
 #endif

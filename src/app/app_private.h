@@ -74,6 +74,8 @@ struct app_scene {
     int sketch;            /* of a moving picture, with flat; 0: the preset's */
     double flat;
     double gl_ms, load_ms; /* context; input */
+    const char *keep;      /* one more rule that is switched off; NULL: none */
+    uint64_t *histogram;   /* of app_scene_count; NULL: not counted */
 };
 
 /* Fast failures first: preset, GL, then the volume, then the plan. On anything but DONE the scene is closed and the
@@ -86,6 +88,8 @@ VIT_NODISCARD enum vit_exit app_scene_open_on(struct app_scene *scene, struct ap
 struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
+/* Counts the histogram that later plans take figures from. False: out of memory (logged). */
+VIT_NODISCARD bool app_scene_count(struct app_scene *scene, struct app *app);
 /* After a failed upload: where auto chose the path, the next one, said and planned for the same view. False: there is
  * none, or it was not auto's choice. */
 VIT_NODISCARD bool app_scene_fall_back(struct app_scene *scene, struct app *app);
@@ -143,6 +147,15 @@ struct app_cost {
 /* False (logged): drawing failed. The reference has none of it. */
 VIT_NODISCARD bool app_cost_measure(struct app_cost *cost, struct app_scene *scene, struct app_drawer *drawer,
                                     struct app *app);
+
+/* ---- savings.c: what the rules of a plan save in time -------------------------------------------------------------
+ */
+
+/* Fills in what is known of it from earlier measurements on this GL, of plans of this kind; kept beside the programs. */
+void app_savings_recall(struct app_scene *scene);
+/* Draws the planned view with each rule that did anything switched on and off, in turn, keeps what that costs and fills
+ * it in. False (logged): drawing failed. */
+VIT_NODISCARD bool app_savings_measure(struct app_scene *scene, struct app *app);
 
 /* ---- pace.c: how much less of a moving picture is drawn ------------------------------------------------------------
  */

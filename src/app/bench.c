@@ -81,26 +81,35 @@ static enum vit_exit turn(struct series *series, struct app_scene *scene, struct
     return VIT_EXIT_DONE;
 }
 
+static json_t *list_json(const double *values, size_t count)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, app_json_number(values[i]));
+    return list;
+}
+
 /* One object; the table is printed from it too, so that they cannot disagree. */
 static json_t *result(struct series *series, const struct app_scene *scene, const struct vit_render_stats *stats,
                       const struct app *app, double setup_ms)
 {
     const struct vit_volume_info *info = vit_volume_get_info(scene->volume);
+    json_t *all = list_json(series->frame_ms, series->count), *all_cpu = list_json(series->cpu_ms, series->count);
     double middle = median(series->frame_ms, series->count), cpu = median(series->cpu_ms, series->count);
-    return json_pack("{s:o, s:s, s:s, s:[i,i], s:i, s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, "
-                     "s:I, s:I, s:o}",
-                     "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path),
-                     "preset", scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px,
-                     "shrink", series->shrink, "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1],
-                     (json_int_t)info->n[2], "frames", (json_int_t)series->count, "frame_ms_median",
-                     app_json_number(middle), "frame_ms_min", app_json_number(series->frame_ms[0]), "frame_ms_max",
-                     app_json_number(series->frame_ms[series->count - 1]), "frame_cpu_ms", app_json_number(cpu),
-                     "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms", app_json_number(scene->load_ms),
-                     "setup_ms", app_json_number(setup_ms), "texture_bytes", (json_int_t)stats->texture_bytes,
-                     "texture_bytes_peak", (json_int_t)stats->texture_bytes_peak, "slices",
-                     (json_int_t)median(series->slices, series->count), "fragments",
-                     (json_int_t)median(series->fragments, series->count), "peak_rss_bytes",
-                     (json_int_t)vit_memory_peak_bytes(), "left_out", app_json_left_out(&scene->plan));
+    return json_pack(
+        "{s:o, s:s, s:s, s:[i,i], s:i, s:[I,I,I], s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:I, "
+        "s:I, s:I, s:o, s:o, s:o}",
+        "renderer", app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path), "preset",
+        scene->preset->name, "size", app->settings->view.width_px, app->settings->view.height_px, "shrink",
+        series->shrink, "voxels", (json_int_t)info->n[0], (json_int_t)info->n[1], (json_int_t)info->n[2], "frames",
+        (json_int_t)series->count, "frame_ms_median", app_json_number(middle), "frame_ms_min",
+        app_json_number(series->frame_ms[0]), "frame_ms_max", app_json_number(series->frame_ms[series->count - 1]),
+        "frame_cpu_ms", app_json_number(cpu), "frame_cpu_ms_min", app_json_number(series->cpu_ms[0]), "load_ms",
+        app_json_number(scene->load_ms), "setup_ms", app_json_number(setup_ms), "texture_bytes",
+        (json_int_t)stats->texture_bytes, "texture_bytes_peak", (json_int_t)stats->texture_bytes_peak, "slices",
+        (json_int_t)median(series->slices, series->count), "fragments",
+        (json_int_t)median(series->fragments, series->count), "peak_rss_bytes", (json_int_t)vit_memory_peak_bytes(),
+        "left_out", app_json_left_out(&scene->plan), "frames_ms", all, "frames_cpu_ms", all_cpu);
 }
 
 /* Null where nothing was measured. */
@@ -185,6 +194,7 @@ static enum vit_exit measure(struct series *series, struct app_scene *scene, str
     if (status != VIT_EXIT_DONE)
         goto fail;
     const struct vit_render_stats stats = drawer.stats;
+    app_savings_recall(scene);
     json_t *object = result(series, scene, &stats, app, setup_ms);
     struct app_cost cost;
     if (!app_cost_measure(&cost, scene, &drawer, app)) {

@@ -35,9 +35,11 @@ json_t *app_json_left_out(const struct vit_plan *plan)
     json_t *list = json_array();
     for (int i = 0; i < plan->left_out_count; i++) {
         const struct vit_left_out *left = &plan->left_out[i];
-        json_array_append_new(list, json_pack("{s:s, s:s, s:I, s:o}", "what", left->what, "why", left->why,
-                                              "bytes_saved", (json_int_t)left->bytes_saved, "fragments_saved",
-                                              app_json_number(left->fragments_saved)));
+        json_array_append_new(list,
+                              json_pack("{s:s, s:s, s:o, s:I, s:o, s:o}", "what", left->what, "why", left->why, "rule",
+                                        app_json_string(left->rule), "bytes_saved", (json_int_t)left->bytes_saved,
+                                        "fragments_saved", app_json_number(left->fragments_saved), "ms_saved",
+                                        left->ms_known ? app_json_number(left->ms_saved) : json_null()));
     }
     return list;
 }

@@ -1,6 +1,7 @@
 /* vitrine plan: what would be built for this picture, and what is left out and why. */
 #include "app_private.h"
 
+#include <math.h>
 #include <string.h>
 
 static json_t *features_json(unsigned features)
@@ -31,6 +32,12 @@ static json_t *camera_json(const struct vit_camera *camera)
                      camera->perspective, "eye_mm", app_json_number(camera->eye_mm));
 }
 
+/* Null where nobody counted. */
+static json_t *share_json(double value)
+{
+    return value >= 0 ? app_json_number(value) : json_null();
+}
+
 static json_t *plan_json(const struct app_scene *scene, const struct app *app)
 {
     const struct vit_plan *plan = &scene->plan;
@@ -49,10 +56,26 @@ static json_t *plan_json(const struct app_scene *scene, const struct app *app)
                   vector_json(plan->draw_low), "draw_high", vector_json(plan->draw_high), "features",
                   features_json(plan->features), "texture_bytes", (json_int_t)plan->texture_bytes, "target_bytes",
                   (json_int_t)plan->target_bytes, "left_out", app_json_left_out(plan));
+    json_t *work =
+        json_pack("{s:o, s:o, s:o, s:o, s:o}", "fragments_box", app_json_number(plan->fragments_box), "fragments_left",
+                  app_json_number(plan->fragments_left), "fragments_visible", share_json(plan->fragments_visible),
+                  "visible_share", share_json(plan->visible_share), "empty_share", app_json_number(plan->empty_share));
     if (object && how)
         json_object_update(object, how);
+    if (object && work)
+        json_object_update(object, work);
     json_decref(how);
+    json_decref(work);
     return object;
+}
+
+static void print_ms(double saved)
+{
+    double ms = fabs(saved);
+    if (ms < 0.05)
+        printf(" (no time that could be measured)");
+    else
+        printf(ms < 10 ? " (%.1f ms a frame %s)" : " (%.0f ms a frame %s)", ms, saved < 0 ? "lost" : "saved");
 }
 
 static void print_left_out(const struct vit_plan *plan)
@@ -65,8 +88,19 @@ static void print_left_out(const struct vit_plan *plan)
             printf(" (%.1f MiB saved)", (double)left->bytes_saved / 1048576.0);
         if (left->fragments_saved > 0)
             printf(" (%.3g fragments saved)", left->fragments_saved);
+        if (left->ms_known)
+            print_ms(left->ms_saved);
         putchar('\n');
     }
+}
+
+static void print_work(const struct vit_plan *plan)
+{
+    printf("fragments   %.3g of the box, %.3g after what is left out", plan->fragments_box, plan->fragments_left);
+    if (plan->visible_share >= 0)
+        printf("; %.3g show anything, by the histogram: %.2g %% of the voxels, in %.2g %% of the bricks",
+               plan->fragments_visible, 100 * plan->visible_share, 100 * (1 - plan->empty_share));
+    putchar('\n');
 }
 
 static void print_stacks(const struct vit_plan *plan)
@@ -102,6 +136,7 @@ static void print_plan(const struct app_scene *scene, const struct app *app)
     printf("path        %s: %s\n", vit_path_name(plan->path), plan->path_why);
     print_stacks(plan);
     printf("slabs       %d of %.4g mm, %d in a pass\n", plan->slab_count, plan->slab_mm, plan->slabs_per_pass);
+    print_work(plan);
     printf("textures    %s, %.1f MiB\n", vit_texel_name(plan->texel), (double)plan->texture_bytes / 1048576.0);
     printf("target      %s, %.1f MiB: %s\n", vit_target_name(plan->target), (double)plan->target_bytes / 1048576.0,
            plan->target_why);
@@ -121,9 +156,16 @@ enum vit_exit app_plan(struct app *app)
     enum vit_exit status = app_scene_open(&scene, app);
     if (status != VIT_EXIT_DONE)
         return status;
-    if (app->settings->json)
-        status = app_json_print(app, plan_json(&scene, app));
+    const struct vit_view view = scene.view;
+    bool counted = app_scene_count(&scene, app);
+    status = counted ? app_scene_plan(&scene, app, &view) : VIT_EXIT_FAILED;
+    if (status == VIT_EXIT_DONE && app->settings->measure)
+        status = app_savings_measure(&scene, app) ? VIT_EXIT_DONE : VIT_EXIT_DISPLAY;
     else
+        app_savings_recall(&scene);
+    if (status == VIT_EXIT_DONE && app->settings->json)
+        status = app_json_print(app, plan_json(&scene, app));
+    else if (status == VIT_EXIT_DONE)
         print_plan(&scene, app);
     app_scene_close(&scene);
     return status;

@@ -53,6 +53,11 @@ struct vit_preset *app_preset_open(struct app *app, const char *name)
 enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view)
 {
     const struct vit_settings *settings = app->settings;
+    const char *keep[VIT_ARRAY_LENGTH(settings->keep) + 1];
+    size_t keep_count = settings->keep_count;
+    memcpy(keep, settings->keep, keep_count * sizeof *keep);
+    if (scene->keep)
+        keep[keep_count++] = scene->keep;
     const struct vit_plan_request request = {
         .volume = scene->volume,
         .preset = scene->preset,
@@ -60,8 +65,8 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .caps = scene->caps,
         .path = settings->path,
         .failed_paths = scene->failed_paths,
-        .keep = settings->keep,
-        .keep_count = settings->keep_count,
+        .keep = keep,
+        .keep_count = keep_count,
         .budget_ms = settings->budget_ms,
         .max_error = settings->max_error,
         .one_view = scene->one_view,
@@ -71,6 +76,7 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .shown = scene->shown,
         .beside = scene->beside,
         .stacks_there = scene->stacks_there,
+        .histogram = scene->histogram,
     };
     scene->view = *view;
     switch (vit_plan_make(&scene->plan, &request, &app->log)) {
@@ -81,6 +87,19 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
     default:
         return VIT_EXIT_DISPLAY;
     }
+}
+
+bool app_scene_count(struct app_scene *scene, struct app *app)
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(scene->volume);
+    vit_free(scene->histogram);
+    scene->histogram = vit_alloc((size_t)(stats->raw_max - stats->raw_min) + 1, sizeof *scene->histogram);
+    if (scene->histogram && vit_volume_histogram(scene->volume, scene->histogram))
+        return true;
+    vit_free(scene->histogram);
+    scene->histogram = NULL;
+    vit_error(&app->log, "out of memory for the histogram");
+    return false;
 }
 
 /* Presets speak of HU; a volume in other units is drawn by them all the same, but not silently. */
@@ -150,4 +169,6 @@ void app_scene_close(struct app_scene *scene)
     vit_gl_destroy(&scene->gl);
     vit_volume_destroy(&scene->volume);
     vit_preset_destroy(&scene->preset);
+    vit_free(scene->histogram);
+    scene->histogram = NULL;
 }

@@ -71,10 +71,10 @@ static bool write_picture(const struct app_scene *scene, struct app *app, const 
     return vit_image_write_png(output, frame, scene->plan.background, labels.text, labels.count, &app->log);
 }
 
-static json_t *snapshot_json(const struct app_scene *scene, const struct app_drawer *drawer, struct app *app,
-                             double total_ms)
+static json_t *snapshot_json(struct app_scene *scene, const struct app_drawer *drawer, struct app *app, double total_ms)
 {
     const struct vit_render_stats *stats = &drawer->stats;
+    app_savings_recall(scene);
     return json_pack("{s:o, s:s, s:o, s:s, s:[i,i], s:o, s:o, s:o, s:o, s:I, s:i, s:I, s:I, s:o}", "output",
                      app_json_string(app->settings->output), "preset", scene->preset->name, "renderer",
                      app_json_string(app_drawer_name(scene)), "path", vit_path_name(scene->plan.path), "size",

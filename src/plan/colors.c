@@ -76,4 +76,6 @@ void vit_plan_choose_colors(struct vit_plan *plan, const struct vit_plan_request
     else if (channels == 2)
         vit_plan_leave_out(plan, whole - plan->table_bytes, "channels of colour",
                            "all that shows is grey: the table holds brightness and opacity");
+    if (channels < 4)
+        vit_plan_by_rule(plan, channels == 1 ? VIT_RULE_FLAT_COLOR : VIT_RULE_MONO, 0);
 }

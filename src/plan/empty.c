@@ -102,7 +102,7 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
             visible *= fmax(0, plan->clip_high[axis] - plan->clip_low[axis]);
         vit_plan_leave_out(plan, 0, "empty border",
                            "%.0f %% of the visible box is invisible under this transfer function", 100 * (1 - kept));
-        vit_plan_save_fragments(plan, "empty border", vit_plan_fragments(plan, visible * (1 - kept)));
+        vit_plan_by_rule(plan, VIT_RULE_EMPTY_BORDER, vit_plan_fragments(plan, visible * (1 - kept)));
     }
 }
 
@@ -160,8 +160,8 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
                 drawn *= fmax(0, plan->draw_high[axis] - plan->draw_low[axis]);
             vit_plan_leave_out(plan, 0, "empty space", "rays jump over the %.0f %% of bricks that hold nothing visible",
                                100 * plan->empty_share);
-            vit_plan_save_fragments(plan, "empty space",
-                                    vit_plan_fragments(plan, fmax(0, drawn - (1 - plan->empty_share))));
+            vit_plan_by_rule(plan, VIT_RULE_EMPTY_SPACE,
+                             vit_plan_fragments(plan, fmax(0, drawn - (1 - plan->empty_share))));
         }
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
@@ -169,6 +169,7 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->clear_enough = VIT_PLAN_CLEAR_ENOUGH;
         vit_plan_leave_out(plan, 0, "what is behind opaque matter",
                            "rays end where less than 1/%.0f of the light comes through", 1 / plan->clear_enough);
+        vit_plan_by_rule(plan, VIT_RULE_OPAQUE_FRONT, 0);
     }
 }
 

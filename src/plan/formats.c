@@ -31,10 +31,12 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request 
         plan->texel = scalar ? VIT_TEXEL_R8 : VIT_TEXEL_RGBA8;
     } else if (caps->texture_norm16) {
         plan->texel = scalar ? hu_texel(plan, request, stacks) : VIT_TEXEL_RGBA16;
-        if (vit_texel_bytes(plan->texel) == 4)
+        if (vit_texel_bytes(plan->texel) == 4) {
             vit_plan_leave_out(plan, 0, "16-bit texels",
                                "%.1f MiB more for 32 bits, which this rasteriser fetches faster",
                                2 * (double)plan->n[0] * (double)plan->n[1] * (double)plan->n[2] / 1048576);
+            vit_plan_by_rule(plan, VIT_RULE_WIDE_TEXELS, 0);
+        }
     } else if (caps->texture_half_float_linear) {
         plan->texel = scalar ? VIT_TEXEL_R16F : VIT_TEXEL_RGBA16F;
         vit_plan_leave_out(plan, 0, "16-bit texels", "no 16-bit normalised textures here: half floats (11 bits)");

@@ -121,9 +121,11 @@ static void leave_parts_out(struct vit_plan *plan)
                            "neither boundaries nor gradient_opacity: directions are enough");
     if (model->material.specular == 0)
         vit_plan_leave_out(plan, 0, "highlights", "shading.specular is 0");
-    if (plan->light.forgets)
+    if (plan->light.forgets) {
         vit_plan_leave_out(plan, 2 * voxels_of(plan), "light of other views",
                            "one view only: the directions of its voxels are not kept");
+        vit_plan_by_rule(plan, VIT_RULE_ONE_VIEW, 0);
+    }
     if (plan->light.stays)
         vit_plan_leave_out(plan, 0, "light of this view",
                            "the view moves and shading.lazy is on: the last light stays");

@@ -101,7 +101,7 @@ static void leave_overlay_out(struct vit_plan *plan, const struct vit_plan_reque
     if (plan->overlay)
         return;
     vit_plan_leave_out(plan, pixels * vit_target_bytes(plan->target), "overlay pass", "no banner, no labels");
-    vit_plan_save_fragments(plan, "overlay pass", (double)pixels);
+    vit_plan_by_rule(plan, VIT_RULE_OVERLAY, (double)pixels);
 }
 
 /* Everything that follows from the path. */

@@ -71,13 +71,18 @@ void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char 
     va_end(arguments);
     entry->bytes_saved = bytes_saved;
     entry->fragments_saved = 0;
+    entry->rule = NULL;
+    entry->ms_known = false;
+    entry->ms_saved = 0;
 }
 
-void vit_plan_save_fragments(struct vit_plan *plan, const char *what, double fragments)
+void vit_plan_by_rule(struct vit_plan *plan, const char *rule, double fragments)
 {
-    for (int i = 0; i < plan->left_out_count; i++)
-        if (strcmp(plan->left_out[i].what, what) == 0)
-            plan->left_out[i].fragments_saved = fragments;
+    if (plan->left_out_count == 0)
+        return;
+    struct vit_left_out *entry = &plan->left_out[plan->left_out_count - 1];
+    entry->rule = rule;
+    entry->fragments_saved = fragments;
 }
 
 double vit_plan_fragments(const struct vit_plan *plan, double share)
@@ -157,5 +162,8 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
     vit_plan_clip(plan, preset->clip_mm);
     vit_plan_empty_border(plan, request);
     enum vit_plan_result result = vit_plan_slabs(plan, log);
-    return result == VIT_PLAN_DONE ? vit_plan_choose_path(plan, request, log) : result;
+    if (result == VIT_PLAN_DONE)
+        result = vit_plan_choose_path(plan, request, log);
+    vit_plan_count_work(plan, request);
+    return result;
 }

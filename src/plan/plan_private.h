@@ -35,8 +35,8 @@
 bool vit_plan_keeps(const struct vit_plan_request *request, const char *rule);
 /* Pixels × slabs of a part of the volume, of this share of its box: those of a picture that holds all of it. */
 double vit_plan_fragments(const struct vit_plan *plan, double share);
-/* Of what was left out under that name. */
-void vit_plan_save_fragments(struct vit_plan *plan, const char *what, double fragments);
+/* What was left out last is this rule's, and saves so many fragments. */
+void vit_plan_by_rule(struct vit_plan *plan, const char *rule, double fragments);
 void vit_plan_leave_out(struct vit_plan *plan, uint64_t bytes_saved, const char *what, const char *why, ...)
     VIT_PRINTF(4, 5);
 
@@ -100,5 +100,8 @@ VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, c
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
+
+/* costs.c: how many fragments there are, are left, and show; of a plan that is complete. */
+void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *request);
 
 #endif

@@ -270,9 +270,11 @@ static void fit_fade(struct vit_plan *plan, const struct vit_plan_request *reque
     if (vit_plan_keeps(request, VIT_RULE_CROSS_FADE))
         plan->stack_count = 1;
     bool one = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_STACK);
-    for (; one && plan->stack_count > 1; plan->stack_count--)
+    for (; one && plan->stack_count > 1; plan->stack_count--) {
         vit_plan_leave_out(plan, vit_plan_stack_bytes(&plan->stacks[plan->stack_count - 1]), "another stack",
                            "one view only: there is no change of stacks to fade over");
+        vit_plan_by_rule(plan, VIT_RULE_ONE_STACK, 0);
+    }
     for (int i = 1; i < plan->stack_count; i++) {
         bytes += vit_plan_stack_bytes(&plan->stacks[i]);
         if (limit == 0 || bytes <= limit)

@@ -109,6 +109,8 @@ void vit_plan_keep_still(struct vit_plan *plan, const struct vit_plan_request *r
 {
     plan->digest = vit_plan_digest(plan);
     plan->still = request->shown == plan->digest && !vit_plan_keeps(request, VIT_RULE_STILL);
-    if (plan->still)
-        vit_plan_leave_out(plan, 0, "drawing", "the picture is there already, and nothing that it depends on changed");
+    if (!plan->still)
+        return;
+    vit_plan_leave_out(plan, 0, "drawing", "the picture is there already, and nothing that it depends on changed");
+    vit_plan_by_rule(plan, VIT_RULE_STILL, 0);
 }

@@ -209,8 +209,18 @@ for key in sys.argv[1].split():
 if command -v python3 >/dev/null; then
     keys='renderer path frames frame_ms_median frame_ms_min frame_ms_max load_ms setup_ms texture_bytes slices fragments peak_rss_bytes left_out gpu_ms transfer_ms rays'
     has_json "bench --json has the fields that the design names" bench phantom:block --frames 2 --size 32x32 --json
-    keys='path path_why texel target slab_mm slab_count left_out'
+    keys='path path_why texel target slab_mm slab_count left_out fragments_left fragments_visible visible_share'
     has_json "plan --json" plan phantom:block --json
+    knows() {
+        VITRINE_CACHE=$d/savings "$VITRINE" plan phantom:block --json "$@" 2>"$tap_out" | python3 -c '
+import json, sys
+known = [entry["rule"] for entry in json.load(sys.stdin)["left_out"] if entry["ms_saved"] is not None]
+assert "empty-space" in known or "opaque-front" in known, known' 2>>"$tap_out"
+    }
+    mkdir -p "$d/savings"
+    tap_exit 1 "plan: what rules save in time is not known" knows --size 40x40
+    tap_run "plan --measure: it is" knows --size 64x64 --measure
+    tap_run "and later, of another picture, too" knows --size 40x40 --view 30,20
     keys='stacks rejected'
     has_json "info --json of a phantom" info phantom:block --json
     has_json "info --json of NRRD" info "$d/sphere.nrrd" --json

@@ -822,6 +822,74 @@ static void texels_say_where_hu_lie(void **state)
     scene->preset = before;
 }
 
+/* The cube of 8³ voxels of 64 × 48 × 40 shows; samples between it and air do not count, bricks around it do. */
+static void the_histogram_says_what_shows(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan plan = make(scene, &request);
+    assert_true(plan.visible_share < 0 && plan.fragments_visible < 0);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(scene->volume);
+    uint64_t *histogram = calloc((size_t)(stats->raw_max - stats->raw_min) + 1, sizeof *histogram);
+    assert_true(vit_volume_histogram(scene->volume, histogram));
+    request.histogram = histogram;
+    plan = make(scene, &request);
+    double share = 512.0 / (64 * 48 * 40);
+    assert_true(fabs(plan.visible_share - share) < 1e-12);
+    assert_true(fabs(plan.fragments_visible - share * plan.fragments_box) < 1e-6 * plan.fragments_box);
+    assert_true(plan.fragments_left < plan.fragments_box && plan.fragments_left >= plan.fragments_visible);
+    double saved = 0;
+    for (int i = 0; i < plan.left_out_count; i++)
+        saved += plan.left_out[i].rule && strncmp(plan.left_out[i].rule, "empty", 5) == 0
+                     ? plan.left_out[i].fragments_saved
+                     : 0;
+    assert_true(fabs(saved + plan.fragments_left - plan.fragments_box) < 1e-6 * plan.fragments_box);
+    scene->points[1].hu = 600; /* nothing shows */
+    scene->points[2].hu = 700;
+    plan = make(scene, &request);
+    assert_true(plan.visible_share == 0 && plan.fragments_visible == 0);
+    scene->points[1].hu = 0;
+    scene->points[2].hu = 500;
+    free(histogram);
+}
+
+static const struct vit_left_out *entry_of(const struct vit_plan *plan, const char *rule)
+{
+    for (int i = 0; i < plan->left_out_count; i++)
+        if (plan->left_out[i].rule && strcmp(plan->left_out[i].rule, rule) == 0)
+            return &plan->left_out[i];
+    return NULL;
+}
+
+static void measured_costs_tell_what_is_saved(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_plan_costs costs = {0};
+    request.view.width_px = request.view.height_px = 100;
+    struct vit_plan plan = make(scene, &request);
+    assert_non_null(entry_of(&plan, "empty-space"));
+    assert_false(entry_of(&plan, "empty-space")->ms_known);
+    assert_true(vit_plan_costs_learn(&costs, &plan, "empty-space", 3));
+    assert_true(vit_plan_costs_learn(&costs, &plan, "opaque-front", -2));
+    assert_false(vit_plan_costs_learn(&costs, &plan, "cross-fade", 3)); /* did nothing here */
+    assert_false(vit_plan_costs_learn(&costs, &plan, "no such rule", 3));
+    assert_false(vit_plan_costs_learn(&costs, &plan, "empty-border", INFINITY));
+    vit_plan_costs_apply(&costs, &plan);
+    assert_true(entry_of(&plan, "empty-space")->ms_known && fabs(entry_of(&plan, "empty-space")->ms_saved - 3) < 1e-9);
+    assert_true(fabs(entry_of(&plan, "opaque-front")->ms_saved + 2) < 1e-9);
+    assert_false(entry_of(&plan, "empty-border")->ms_known);
+    request.view.width_px = request.view.height_px = 200; /* four times the fragments */
+    plan = make(scene, &request);
+    vit_plan_costs_apply(&costs, &plan);
+    assert_true(fabs(entry_of(&plan, "empty-space")->ms_saved - 12) < 1e-9);
+    assert_true(fabs(entry_of(&plan, "opaque-front")->ms_saved + 8) < 1e-9);
+    for (int i = 0; vit_plan_rules[i].name; i++)
+        assert_true(i < VIT_PLAN_RULES_MAX);
+    for (int i = 0; i < plan.left_out_count; i++)
+        assert_true(plan.left_out[i].rule || !plan.left_out[i].ms_known);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -849,6 +917,8 @@ int main(void)
         cmocka_unit_test(a_still_picture_is_not_drawn_again),
         cmocka_unit_test(nothing_over_the_picture_takes_no_pass),
         cmocka_unit_test(texels_say_where_hu_lie),
+        cmocka_unit_test(the_histogram_says_what_shows),
+        cmocka_unit_test(measured_costs_tell_what_is_saved),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
 }

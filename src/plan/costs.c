@@ -1,0 +1,85 @@
+/* What a picture's work is, in fragments, and what the rules save of it in time, as far as anybody has measured it. */
+#include <math.h>
+#include <string.h>
+
+#include "plan_private.h"
+
+/* Of the raw values that occur, the share whose HU show. */
+static double visible_share(const struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(request->volume);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
+    uint64_t all = 0, visible = 0;
+    for (int raw = stats->raw_min; raw <= stats->raw_max; raw++) {
+        uint64_t count = request->histogram[raw - stats->raw_min];
+        double hu = info->slope * raw + info->intercept;
+        all += count;
+        visible += count > 0 && !vit_transfer_is_empty(plan->transfer, hu, hu) ? count : 0;
+    }
+    return all > 0 ? (double)visible / (double)all : 0;
+}
+
+static double share_of(const double low[3], const double high[3])
+{
+    double share = 1;
+    for (int axis = 0; axis < 3; axis++)
+        share *= fmax(0, high[axis] - low[axis]);
+    return share;
+}
+
+void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    plan->fragments_box = vit_plan_fragments(plan, 1);
+    plan->fragments_left = vit_plan_fragments(plan, share_of(plan->draw_low, plan->draw_high));
+    for (int i = 0; i < plan->left_out_count; i++) {
+        const char *rule = plan->left_out[i].rule;
+        if (rule && strcmp(rule, VIT_RULE_EMPTY_SPACE) == 0)
+            plan->fragments_left = fmax(0, plan->fragments_left - plan->left_out[i].fragments_saved);
+    }
+    plan->visible_share = plan->fragments_visible = -1;
+    if (!request->histogram || plan->technique != VIT_TECHNIQUE_COMPOSITE)
+        return;
+    /* Clipped boxes are taken to hold as much of it as the rest. */
+    plan->visible_share = visible_share(plan, request);
+    plan->fragments_visible = fmin(plan->fragments_left, plan->visible_share * plan->fragments_box);
+}
+
+/* A rule's place in vit_plan_rules; -1: none. */
+static int place_of(const char *rule)
+{
+    for (int i = 0; rule && vit_plan_rules[i].name && i < VIT_PLAN_RULES_MAX; i++)
+        if (strcmp(vit_plan_rules[i].name, rule) == 0)
+            return i;
+    return -1;
+}
+
+/* What a rule's time goes with: what it saves, or else, as it makes every fragment cheaper, what is left. */
+static double work_of(const struct vit_plan *plan, const struct vit_left_out *entry)
+{
+    return entry->fragments_saved > 0 ? entry->fragments_saved : plan->fragments_left;
+}
+
+bool vit_plan_costs_learn(struct vit_plan_costs *costs, const struct vit_plan *plan, const char *rule, double ms)
+{
+    int place = place_of(rule);
+    for (int i = 0; place >= 0 && i < plan->left_out_count; i++) {
+        const struct vit_left_out *entry = &plan->left_out[i];
+        double work = work_of(plan, entry);
+        if (place_of(entry->rule) != place || !(work > 0) || !isfinite(ms))
+            continue;
+        costs->rules[place].known = true;
+        costs->rules[place].ns = ms * 1e6 / work;
+        return true;
+    }
+    return false;
+}
+
+void vit_plan_costs_apply(const struct vit_plan_costs *costs, struct vit_plan *plan)
+{
+    for (int i = 0; i < plan->left_out_count; i++) {
+        struct vit_left_out *entry = &plan->left_out[i];
+        int place = place_of(entry->rule);
+        entry->ms_known = place >= 0 && costs->rules[place].known;
+        entry->ms_saved = entry->ms_known ? costs->rules[place].ns * work_of(plan, entry) * 1e-6 : 0;
+    }
+}
