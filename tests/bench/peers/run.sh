@@ -1,6 +1,6 @@
 #!/bin/sh
 # bench/peers/run.sh OUTDIR [peers.py's options] - Vitrine beside VTK and VolPack; `make bench-peers` calls it.
-# Debian 12: apt-get install python3-vtk9 python3-numpy xvfb xauth libvolpack1-dev
+# Debian 12: apt-get install python3-vtk9 python3-numpy xvfb libvolpack1-dev
 # What is missing is left out of the table, by name. VITRINE: the binary; VITRINE_TEST_DATA: the folder with the chest CT.
 set -eu
 here=$(dirname "$0")
@@ -10,7 +10,7 @@ vitrine=${VITRINE:-build/release/vitrine}
 data=${VITRINE_TEST_DATA:-../shared/data}
 mkdir -p "$out"
 missing=
-for package in python3-vtk9 python3-numpy xvfb xauth libvolpack1-dev; do
+for package in python3-vtk9 python3-numpy xvfb libvolpack1-dev; do
     [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing="$missing $package"
 done
 [ -z "$missing" ] || echo "bench-peers: not all peers are here; as root: apt-get install$missing" >&2

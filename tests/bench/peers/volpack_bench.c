@@ -2,9 +2,11 @@
  *   volpack_bench RAW NX NY NZ DX DY DZ SIZE FRAMES TABLE SHADE AZIMUTH OUT.ppm
  * Voxels are little-endian int16 HU whose axes run L, P, S. HU are quantised to 8 bits over [-1024, 3071], as VolPack's
  * classifier wants; opacity is per slice along x and y. Everything is white: VolPack's colours belong to materials, not
- * to HU, so unlit its picture is the opacity. FRAMES frames of a full turn are timed after one; with 0 only the picture
- * at AZIMUTH is made. Debian: libvolpack1-dev. */
+ * to HU, so unlit its picture is the opacity. After one frame, FRAMES frames of a full turn from AZIMUTH on are timed, and
+ * one more with a transfer function that has moved by a HU; with 0 only the picture at AZIMUTH is made. Debian:
+ * libvolpack1-dev. */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,17 +24,11 @@ struct volume {
     struct voxel *voxels;
 };
 
-static double now_ms(void)
+static double clock_ms(clockid_t clock)
 {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(clock, &now);
     return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
-}
-
-static int by_value(const void *left, const void *right)
-{
-    double a = *(const double *)left, b = *(const double *)right;
-    return (a > b) - (a < b);
 }
 
 static void check(vpContext *context, vpResult result, const char *what)
@@ -67,13 +63,14 @@ static void read_volume(struct volume *v, char **argv)
     free(hu);
 }
 
-/* Opacity of every density, from "HU red green blue opacity" lines. */
-static void read_table(const char *path, double slice_mm, float ramp[256])
+/* Opacity of every density, from "HU red green blue opacity" lines whose HU move by `shift`. */
+static void read_table(const char *path, double slice_mm, double shift, float ramp[256])
 {
     double hu[2] = {-1e9, -1e9}, opacity[2] = {0, 0}, color[3];
     FILE *file = fopen(path, "r");
     int next = 0;
     while (file && fscanf(file, "%lf %lf %lf %lf %lf", &hu[1], &color[0], &color[1], &color[2], &opacity[1]) == 5) {
+        hu[1] += shift;
         for (; next < 256 && next * 16 + 8 - 1024 <= hu[1]; next++) {
             double part = (next * 16 + 8 - 1024 - hu[0]) / (hu[1] - hu[0]);
             double here = hu[0] > -1e8 ? opacity[0] + part * (opacity[1] - opacity[0]) : opacity[1];
@@ -122,12 +119,25 @@ static void set_view(vpContext *c, const struct volume *v, double azimuth)
     vpCurrentMatrix(c, VP_MODEL);
 }
 
-static double draw(vpContext *context)
+/* Milliseconds by the wall, and of the processor. */
+struct took {
+    double ms, cpu_ms;
+};
+
+static struct took draw(vpContext *context)
 {
-    double start = now_ms();
+    double start = clock_ms(CLOCK_MONOTONIC), cpu = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
     check(context, vpShadeTable(context), "shade");
     check(context, vpRenderClassifiedVolume(context), "render");
-    return now_ms() - start;
+    return (struct took){clock_ms(CLOCK_MONOTONIC) - start, clock_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu};
+}
+
+static void print_all(const char *name, const struct took *frames, int count, size_t offset)
+{
+    printf("\"%s\": [", name);
+    for (int i = 0; i < count; i++)
+        printf("%s%.3f", i ? ", " : "", *(const double *)((const char *)&frames[i] + offset));
+    printf("], ");
 }
 
 static void write_picture(const char *path, const unsigned char *image, int size)
@@ -163,10 +173,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: volpack_bench RAW NX NY NZ DX DY DZ SIZE FRAMES TABLE SHADE AZIMUTH OUT.ppm\n");
         return 2;
     }
+    double start = clock_ms(CLOCK_MONOTONIC);
     read_volume(&v, argv);
     int size = (int)strtol(argv[8], NULL, 10), frames = (int)strtol(argv[9], NULL, 10);
     int shade = argv[11][0] == '1';
-    read_table(argv[10], v.spacing[0], ramp);
+    read_table(argv[10], v.spacing[0], 0, ramp);
     vpContext *context = vpCreateContext();
     size_t line = v.n[0] * sizeof *v.voxels;
     vpSetVolumeSize(context, (int)v.n[0], (int)v.n[1], (int)v.n[2]);
@@ -183,28 +194,31 @@ int main(int argc, char **argv)
     vpSetClassifierTable(context, 1, 2, flat, sizeof flat);
     vpSetd(context, VP_MIN_VOXEL_OPACITY, 0.01);
     vpSetd(context, VP_MAX_RAY_OPACITY, 0.99);
-    double start = now_ms();
     check(context, vpClassifyVolume(context), "classify");
-    double classify_ms = now_ms() - start;
     vpSetLookupShader(context, 3, 1, 0, table, sizeof table, 0, NULL, 0);
     set_material(context, shade);
     set_view(context, &v, strtod(argv[12], NULL));
     unsigned char *image = calloc((size_t)size * (size_t)size, 3);
     vpSetImage(context, image, size, size, size * 3, VP_RGB);
-    double *ms = calloc((size_t)frames + 1, sizeof *ms);
-    ms[0] = draw(context);
-    if (frames == 0)
+    double load_ms = clock_ms(CLOCK_MONOTONIC) - start;
+    struct took *took = calloc((size_t)frames + 1, sizeof *took);
+    took[0] = draw(context);
+    if (frames == 0) {
         write_picture(argv[13], image, size);
-    clock_t cpu = clock();
-    for (int i = 0; i < frames; i++) {
-        vpRotate(context, VP_Y_AXIS, 360.0 / frames);
-        ms[i] = draw(context);
+        return 0;
     }
-    int count = frames > 0 ? frames : 1;
-    double cpu_ms = 1e3 * (double)(clock() - cpu) / CLOCKS_PER_SEC / count;
-    qsort(ms, (size_t)count, sizeof *ms, by_value);
-    printf("{\"peer\": \"VolPack\", \"setup_ms\": %.1f, \"frame_ms_median\": %.2f, \"frame_ms_min\": %.2f, "
-           "\"frame_ms_max\": %.2f, \"frame_cpu_ms\": %.2f, \"memory_mb\": %.1f}\n",
-           classify_ms, ms[count / 2], ms[0], ms[count - 1], cpu_ms, memory_mb());
+    for (int i = 0; i < frames; i++) {
+        took[i] = draw(context);
+        vpRotate(context, VP_Y_AXIS, -360.0 / frames);
+    }
+    read_table(argv[10], v.spacing[0], 1, ramp);
+    double changed = clock_ms(CLOCK_MONOTONIC);
+    check(context, vpClassifyVolume(context), "classify anew");
+    (void)draw(context);
+    changed = clock_ms(CLOCK_MONOTONIC) - changed;
+    printf("{\"program\": \"VolPack\", ");
+    print_all("frame_ms", took, frames, offsetof(struct took, ms));
+    print_all("frame_cpu_ms", took, frames, offsetof(struct took, cpu_ms));
+    printf("\"load_ms\": %.1f, \"changed_ms\": %.2f, \"memory_mb\": %.1f}\n", load_ms, changed, memory_mb());
     return 0;
 }
