@@ -189,6 +189,10 @@ struct vit_surface_params {
     const uint8_t *brick_wanted;
     const struct vit_voxel_mask *mask; /* as in vit_normals_params */
     double weight_max, factor_max;     /* > 0 */
+    /* Its directions too, of the same gradients, as vit_normals_fill() has them. NULL: none are asked for. */
+    const struct vit_sphere *sphere;
+    uint16_t *index;
+    size_t first, end; /* slices [first, end); end 0: all */
 };
 VIT_NODISCARD bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_model *model,
                                     const struct vit_surface_params *params, uint8_t *weight, uint8_t *factor,

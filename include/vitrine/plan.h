@@ -86,6 +86,7 @@ struct vit_plan_light {
     bool in_texels; /* reshade, pre: classified texels are lit themselves */
     bool forgets;   /* no other view will follow: directions go once their light is a texture */
     bool stays;     /* while the view moves: light that is there already is good enough */
+    bool later;     /* so it is of voxels that show for the first time: the renderer's advance makes it good */
     /* What bytes stand for: texel 255 is body_max, shine_max, factor_max, weight_max; lit texels are stored over gain.
      */
     double body_max, shine_max, factor_max, weight_max, gain;
@@ -240,6 +241,7 @@ struct vit_plan_request {
     int sketch;                  /* instead of the preset's, with flat; 0: the preset's */
     double flat;
     bool moving; /* more frames follow at once: a cheaper light will do, if the preset allows */
+    bool later;  /* a frame loop: light of voxels that show for the first time may follow between frames */
     /* A frame loop: stacks are made beside it (plan->soon), and pictures drawn from those that are there meanwhile
      * (bits 1 << axis). False: stacks are made when a picture needs them, which waits. */
     bool beside;

@@ -25,6 +25,23 @@ struct vit_pass_name {
 };
 extern const struct vit_pass_name vit_pass_names[VIT_PASS_COUNT];
 
+/* Parts of what vit_renderer_prepare() does. X(name, word, what it makes). */
+#define VIT_PARTS(X)                                                                                                   \
+    X(PROGRAMS, "programs", "programs and targets")                                                                    \
+    X(TEXELS, "texels", "the volume's texels, sent")                                                                   \
+    X(VOXELS, "voxels", "which voxels can be asked for their light")                                                   \
+    X(DIRECTIONS, "directions", "their directions")                                                                    \
+    X(LIGHT, "light", "their light, sent")                                                                             \
+    X(TABLE, "table", "the look-up table, sent")                                                                       \
+    X(EMPTY, "empty", "the map of empty space, sent")
+enum vit_part {
+#define VIT_PART_ENUM(name, word, help) VIT_PART_##name,
+    VIT_PARTS(VIT_PART_ENUM)
+#undef VIT_PART_ENUM
+        VIT_PART_COUNT
+};
+extern const struct vit_pass_name vit_part_names[VIT_PART_COUNT];
+
 struct vit_render_stats {
     double setup_ms;                            /* textures and programs made so far, by all calls of prepare */
     double frame_ms;                            /* the last frame, finished */
@@ -33,7 +50,9 @@ struct vit_render_stats {
     int slices;         /* slabs drawn */
     uint64_t frames;    /* drawn so far; a picture that is there already is not, and these are still its figures */
     double pass_ms[VIT_PASS_COUNT]; /* of the last frame, while vit_renderer_time_passes; negative: none, or unknown */
-    uint64_t shown;                 /* digest of the plan whose picture is there; 0: none */
+    double part_ms[VIT_PART_COUNT]; /* of the last call of prepare, or of advance */
+    bool light_waits; /* the plan left light for later, and some of it is not there yet: advance goes on with it */
+    uint64_t shown;   /* digest of the plan whose picture is there, whole; 0: none */
 };
 
 /* A renderer keeps the volume's textures and programs as long as plans ask for the same. NULL: logged (exit 4). */
@@ -45,7 +64,8 @@ VIT_NODISCARD bool vit_renderer_prepare(struct vit_renderer *renderer, const str
 /* Everything that it needs but the volume's textures: programs, tables, targets. */
 VIT_NODISCARD bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *plan);
 /* For frame loops: goes on with plan->soon between frames, of the plan that was prepared last. A thread turns voxels
- * into texels, what is ready is sent for about `ms` and the GL's time for a MiB. */
+ * into texels, what is ready is sent for about `ms` and the GL's time for a MiB. Then with the light that the plan left
+ * for later, for about `ms` and eight slices' time: stats.light_waits. */
 VIT_NODISCARD bool vit_renderer_advance(struct vit_renderer *renderer, const struct vit_plan *plan, double ms);
 bool vit_renderer_is_advancing(const struct vit_renderer *renderer);
 /* Axes (bits) of stacks that this plan, or one for another view of the same scene, can be drawn from without waiting.

@@ -68,6 +68,7 @@ struct app_scene {
     unsigned failed_paths; /* bits 1 << path: auto does not take them again */
     bool one_view;         /* no other picture follows */
     bool moving;           /* more frames follow at once */
+    bool later;            /* and light may follow between them */
     uint64_t shown;        /* vit_render_stats.shown */
     bool beside;           /* a frame loop: stacks are made beside it */
     unsigned stacks_there; /* bits: axes of those that are */
@@ -136,9 +137,17 @@ void app_quality_keep(const char *path, size_t way, double error);
 
 /* ---- cost.c: what a frame's parts cost --------------------------------------------------------------------------- */
 
+/* What it takes until a changed transfer function can be drawn. */
+struct app_change {
+    double ms, plan_ms, part_ms[VIT_PART_COUNT]; /* all of it (negative: unknown); parts of it */
+};
+/* Points a HU further; by some hundred, so that other things show; and the same to a first picture, whose light comes
+ * between frames (3D textures). */
+enum app_change_kind { APP_CHANGE_NEAR = 0, APP_CHANGE_FAR, APP_CHANGE_SOON, APP_CHANGE_COUNT };
+
 struct app_cost {
     double pass_ms[VIT_PASS_COUNT]; /* on the GPU; negative: not drawn, or no timer queries */
-    double transfer_ms;             /* until a changed transfer function can be drawn; negative: unknown */
+    struct app_change change[APP_CHANGE_COUNT];
     /* In the view of the settings, per pixel that shows anything, where `counted`: slabs that rays composited, samples
      * they looked at to find them, jumps over empty space; and slabs that show anything. */
     bool counted;

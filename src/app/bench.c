@@ -118,13 +118,47 @@ static json_t *positive(double value)
     return value >= 0 ? app_json_number(value) : json_null();
 }
 
+static const struct {
+    const char *key, *help;
+} change_names[APP_CHANGE_COUNT] = {
+    [APP_CHANGE_NEAR] = {"transfer", "another transfer function, a HU further"},
+    [APP_CHANGE_FAR] = {"transfer_far", "one that shows other things"},
+    [APP_CHANGE_SOON] = {"transfer_soon", "the same, to a first picture whose light follows"},
+};
+
+/* Its parts in ms; null where nothing was measured. */
+static json_t *change_json(const struct app_change *change)
+{
+    if (change->ms < 0)
+        return json_null();
+    json_t *object =
+        json_pack("{s:o, s:o}", "ms", app_json_number(change->ms), "plan", app_json_number(change->plan_ms));
+    for (int part = 0; part < VIT_PART_COUNT; part++)
+        json_object_set_new(object, vit_part_names[part].word, app_json_number(change->part_ms[part]));
+    return object;
+}
+
+static void print_change(const struct app_change *change, const char *help)
+{
+    if (change->ms < 0)
+        return;
+    printf("changes     %.1f ms for %s: plan %.1f", change->ms, help, change->plan_ms);
+    for (int part = 0; part < VIT_PART_COUNT; part++)
+        if (change->part_ms[part] >= 0.05)
+            printf(", %s %.1f", vit_part_names[part].word, change->part_ms[part]);
+    puts("");
+}
+
 static json_t *cost_json(const struct app_cost *cost)
 {
     json_t *passes = json_object();
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         if (cost->pass_ms[pass] >= 0)
             json_object_set_new(passes, vit_pass_names[pass].word, app_json_number(cost->pass_ms[pass]));
-    json_t *object = json_pack("{s:o, s:o}", "gpu_ms", passes, "transfer_ms", positive(cost->transfer_ms));
+    json_t *object =
+        json_pack("{s:o, s:o}", "gpu_ms", passes, "transfer_ms", positive(cost->change[APP_CHANGE_NEAR].ms));
+    for (int i = 0; i < APP_CHANGE_COUNT; i++)
+        json_object_set_new(object, change_names[i].key, change_json(&cost->change[i]));
     json_t *rays = !cost->counted
                        ? NULL
                        : json_pack("{s:o, s:o, s:o, s:o, s:o}", "covered", app_json_number(cost->covered), "slabs",
@@ -154,8 +188,8 @@ static void print_cost(const struct app_cost *cost)
             "rays        %.1f slabs a covered pixel, %.1f of them show anything; %.1f samples and %.1f jumps to find "
             "them; %.0f %% of the pixels are covered\n",
             cost->composited, cost->needed, cost->samples, cost->jumps, 100 * cost->covered);
-    if (cost->transfer_ms >= 0)
-        printf("changes     %.1f ms for another transfer function\n", cost->transfer_ms);
+    for (int i = 0; i < APP_CHANGE_COUNT; i++)
+        print_change(&cost->change[i], change_names[i].help);
 }
 
 static void print_table(const json_t *object, const struct app_cost *cost, const struct app_scene *scene,

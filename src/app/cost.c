@@ -4,17 +4,27 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "vitrine/reference.h"
 
 #define PASS_FRAMES     4
 #define TRANSFER_FRAMES 3
-#define RAYS_A_SIDE     64 /* of the picture, that are counted */
+/* How far control points move. Not the same way twice: nothing that was looked at for one is there for the next. */
+#define NEAR_HU     1
+#define SOON_HU     (-97)
+#define FAR_HU      (-103)
+#define RAYS_A_SIDE 64 /* of the picture, that are counted */
 
 static int compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+static int compare_changes(const void *a, const void *b)
+{
+    return compare_doubles(&((const struct app_change *)a)->ms, &((const struct app_change *)b)->ms);
 }
 
 /* Medians; a pass that was not drawn, or not measured, is negative. */
@@ -38,24 +48,45 @@ static bool time_passes(struct app_cost *cost, struct app_scene *scene, struct a
     return good;
 }
 
-/* Table and map of empty space, and whatever else hangs on it, for control points a HU further and back. */
-static bool time_transfer(struct app_cost *cost, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+static void move_points(struct vit_transfer *transfer, double hu)
 {
-    struct vit_transfer *transfer = &scene->preset->transfer;
-    double ms[TRANSFER_FRAMES];
+    for (size_t p = 0; p < transfer->count; p++)
+        transfer->points[p].hu += hu;
+}
+
+/* What a transfer function costs whose control points lie `hu` further than at the last time, each time; the median
+ * one, part by part. Nothing that was drawn before comes back. */
+static bool time_change(struct app_change *change, double hu, struct app_scene *scene, struct app_drawer *drawer,
+                        struct app *app)
+{
+    struct app_change each[TRANSFER_FRAMES];
     bool good = true;
     for (int i = 0; good && i < TRANSFER_FRAMES; i++) {
-        for (size_t p = 0; p < transfer->count; p++)
-            transfer->points[p].hu += i % 2 ? -1 : 1;
-        good = app_scene_plan(scene, app, &app->settings->view) == VIT_EXIT_DONE;
+        move_points(&scene->preset->transfer, hu);
         uint64_t start = vit_clock_ns();
+        good = app_scene_plan(scene, app, &app->settings->view) == VIT_EXIT_DONE;
+        each[i].plan_ms = app_ms_since(start);
         good = good && vit_renderer_prepare(drawer->renderer, &scene->plan, &app->progress);
-        ms[i] = app_ms_since(start);
+        each[i].ms = app_ms_since(start);
+        const struct vit_render_stats stats = vit_renderer_stats(drawer->renderer);
+        memcpy(each[i].part_ms, stats.part_ms, sizeof stats.part_ms);
     }
-    for (size_t p = 0; p < transfer->count; p++)
-        transfer->points[p].hu -= TRANSFER_FRAMES % 2;
-    qsort(ms, TRANSFER_FRAMES, sizeof ms[0], compare_doubles);
-    cost->transfer_ms = good ? ms[TRANSFER_FRAMES / 2] : -1;
+    move_points(&scene->preset->transfer, -hu * TRANSFER_FRAMES);
+    qsort(each, TRANSFER_FRAMES, sizeof each[0], compare_changes);
+    if (good)
+        *change = each[TRANSFER_FRAMES / 2];
+    return good;
+}
+
+/* As a slider moves them; as another preset lies, of which little was seen before; and the same until its first
+ * picture, whose light follows. */
+static bool time_transfer(struct app_cost *cost, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
+{
+    bool good = time_change(&cost->change[APP_CHANGE_NEAR], NEAR_HU, scene, drawer, app);
+    scene->later = true;
+    good = good && time_change(&cost->change[APP_CHANGE_SOON], SOON_HU, scene, drawer, app);
+    scene->later = false;
+    good = good && time_change(&cost->change[APP_CHANGE_FAR], FAR_HU, scene, drawer, app);
     scene->shown = 0;
     return good;
 }
@@ -115,7 +146,9 @@ static bool count_slabs(struct app_cost *cost, struct app_scene *scene, struct a
 
 bool app_cost_measure(struct app_cost *cost, struct app_scene *scene, struct app_drawer *drawer, struct app *app)
 {
-    *cost = (struct app_cost){.transfer_ms = -1};
+    *cost = (struct app_cost){.counted = false};
+    for (int i = 0; i < APP_CHANGE_COUNT; i++)
+        cost->change[i].ms = -1;
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         cost->pass_ms[pass] = -1;
     if (!drawer->renderer)

@@ -73,6 +73,7 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .sketch = scene->sketch,
         .flat = scene->flat,
         .moving = scene->moving,
+        .later = scene->later,
         .shown = scene->shown,
         .beside = scene->beside,
         .stacks_there = scene->stacks_there,

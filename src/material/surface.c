@@ -7,6 +7,7 @@
 #include "vitrine/material.h"
 
 #define BLOCK 256
+#define BAND  32 /* rows that a thread goes through before it looks for more */
 
 static const char *const lookup_names[] = {"unknown", "auto", "reshade", "nearest", "smooth"};
 _Static_assert(VIT_ARRAY_LENGTH(lookup_names) == VIT_LIGHT_COUNT, "a name for every look-up");
@@ -65,12 +66,24 @@ static uint8_t byte_of(double part)
     return (uint8_t)lrint(255 * fmin(1, fmax(0, part)));
 }
 
-static void fill_block(const struct job *job, const size_t first[3], size_t count, size_t at)
+/* round(255·sqrt(min(1, |g|/SURE)), at least 1 where there is a gradient. */
+static void fill_sure(size_t count, const float (*g)[3], uint8_t *restrict sure)
+{
+    double byte[BLOCK];
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        const double x = g[i][0], y = g[i][1], z = g[i][2], share = sqrt(x * x + y * y + z * z) / SURE_HU_PER_MM;
+        const double rounded = 255 * sqrt(share < 1 ? share : 1) + 0.5;
+        byte[i] = share > 0 ? rounded > 1 ? rounded : 1 : 0;
+    }
+    for (size_t i = 0; i < count; i++)
+        sure[i] = (uint8_t)byte[i];
+}
+
+static void fill_steep(const struct job *job, size_t count, const float (*g)[3], size_t at)
 {
     const struct vit_volume_info *info = vit_volume_get_info(job->volume);
     const void *samples = vit_volume_samples(job->volume);
-    float g[BLOCK][3];
-    vit_volume_gradient_row(job->volume, job->model->kernel, first, count, g);
     for (size_t i = 0; i < count; i++) {
         double x = g[i][0], y = g[i][1], z = g[i][2], steep = sqrt(x * x + y * y + z * z);
         int raw = info->sample == VIT_SAMPLE_I16 ? ((const int16_t *)samples)[at + i]
@@ -80,9 +93,23 @@ static void fill_block(const struct job *job, const size_t first[3], size_t coun
                 byte_of(weight_of(job->model, info->slope * raw + info->intercept, steep) / job->params->weight_max);
         if (job->factor)
             job->factor[at + i] = byte_of(factor_of(job->model, steep) / job->params->factor_max);
-        if (job->sure)
-            job->sure[at + i] = (uint8_t)(steep > 0 ? fmax(1, byte_of(sure_of(steep))) : 0);
     }
+}
+
+static void fill_block(const struct job *job, const size_t first[3], size_t count, size_t at)
+{
+    float g[BLOCK][3];
+    vit_volume_gradient_row(job->volume, job->model->kernel, first, count, g);
+    if (job->sure)
+        fill_sure(count, (const float(*)[3])g, job->sure + at);
+    if (job->weight || job->factor)
+        fill_steep(job, count, (const float(*)[3])g, at);
+    if (!job->params->index)
+        return;
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            g[i][c] = -g[i][c];
+    vit_sphere_quantise_array(job->params->sphere, count, (const float(*)[3])g, job->params->index + at);
 }
 
 static void fill_row(const struct job *job, size_t j, size_t k)
@@ -108,6 +135,8 @@ static void fill_row(const struct job *job, size_t j, size_t k)
             memset(job->factor + row + i, 0, count);
         if (job->sure)
             memset(job->sure + row + i, 0, count);
+        if (job->params->index)
+            memset(job->params->index + row + i, 0, count * sizeof *job->params->index);
     }
 }
 
@@ -119,15 +148,19 @@ bool vit_surface_fill(const struct vit_volume *volume, const struct vit_light_mo
     const size_t *n = vit_volume_get_info(volume)->n;
     atomic_bool cancelled = false;
     atomic_uint_fast64_t done = 0;
-#pragma omp parallel for schedule(dynamic, 1)
-    for (size_t k = 0; k < n[2]; k++) {
-        if (atomic_load(&cancelled))
-            continue;
-        for (size_t j = 0; j < n[1]; j++)
-            fill_row(&job, j, k);
-        if (!vit_progress_step(progress, "surfaces", atomic_fetch_add(&done, 1) + 1, n[2]))
-            atomic_store(&cancelled, true);
-    }
+    const size_t first = params->first, end = params->end > 0 && params->end < n[2] ? params->end : n[2];
+#pragma omp parallel for schedule(dynamic, 1) collapse(2)
+    for (size_t k = first; k < end; k++)
+        for (size_t band = 0; band < (n[1] + BAND - 1) / BAND; band++) {
+            if (atomic_load(&cancelled))
+                continue;
+            const size_t row = band * BAND, rows = n[1] - row < BAND ? n[1] - row : BAND;
+            for (size_t j = row; j < row + rows; j++)
+                fill_row(&job, j, k);
+            uint64_t all = atomic_fetch_add(&done, rows) + rows;
+            if (!vit_progress_step(progress, "surfaces", all, n[1] * (end - first)))
+                atomic_store(&cancelled, true);
+        }
     if (atomic_load(&cancelled))
         vit_error(log, "surfaces: cancelled");
     return !atomic_load(&cancelled);

@@ -173,6 +173,7 @@ void vit_plan_choose_light(struct vit_plan *plan, const struct vit_plan_request 
         vit_plan_leave_out(plan, 0, "light of every voxel", "sketched: fragments light what the few rays meet");
     }
     light->stays = request->moving && request->preset->shading.lazy && light->lookup == VIT_LIGHT_RESHADE;
+    light->later = request->later && plan->path == VIT_PATH_3D && !light->in_texels;
     light->forgets = request->one_view && !vit_plan_keeps(request, VIT_RULE_ONE_VIEW);
     leave_parts_out(plan);
     if (light->in_texels) {

@@ -1,6 +1,7 @@
 /* lit: which voxels' light a picture can ask for. A slab is lit at its middle, by the voxels of the cell there; it
  * shows nothing if HU at its two faces, which lie between those of their cells' voxels, are on one side of what is
  * visible. */
+#include <limits.h>
 #include <math.h>
 #include <omp.h>
 #include <string.h>
@@ -53,6 +54,7 @@ static double rounding_hu(const struct vit_plan *plan, const struct vit_volume *
 
 struct lit {
     const struct vit_volume_info *info;
+    const struct vit_volume_stats *stats;
     const void *samples;
     double low, high; /* raw; between them it is visible */
     ptrdiff_t reach;
@@ -104,17 +106,40 @@ static void class_word(const struct lit *lit, size_t first, size_t count, uint64
     }
 }
 
+/* The same of all eight rows of bricks at once, where their least and greatest say it: most of a volume is air, or
+ * inside of something. */
+static bool class_bricks(const struct lit *lit, size_t w, size_t bj, size_t bk, uint64_t word[2])
+{
+    const struct vit_volume_stats *stats = lit->stats;
+    const size_t row = (bk * stats->bricks[1] + bj) * stats->bricks[0], first = row + w * 64 / VIT_BRICK;
+    const size_t end =
+        first + 64 / VIT_BRICK < row + stats->bricks[0] ? first + 64 / VIT_BRICK : row + stats->bricks[0];
+    int least = INT_MAX, greatest = INT_MIN;
+    for (size_t brick = first; brick < end; brick++) {
+        least = stats->brick_min[brick] < least ? stats->brick_min[brick] : least;
+        greatest = stats->brick_max[brick] > greatest ? stats->brick_max[brick] : greatest;
+    }
+    word[0] = least > lit->low ? ~UINT64_C(0) : 0;
+    word[1] = greatest < lit->high ? ~UINT64_C(0) : 0;
+    return (word[0] || greatest <= lit->low) && (word[1] || least >= lit->high);
+}
+
 static void class_slice(const struct lit *lit, ptrdiff_t k, const struct bits *bits, size_t at)
 {
-    const size_t *n = lit->info->n;
-    for (size_t j = 0; j < bits->rows; j++)
-        for (size_t w = 0; w < bits->words; w++) {
-            uint64_t word[2];
-            size_t first = w * 64, count = n[0] - first < 64 ? n[0] - first : 64;
-            class_word(lit, ((size_t)k * n[1] + j) * n[0] + first, count, word);
+    const size_t *n = lit->info->n, slice = (size_t)k;
+    for (size_t w = 0; w < bits->words; w++) {
+        uint64_t word[2], last = n[0] - w * 64 < 64 ? (UINT64_C(1) << (n[0] - w * 64)) - 1 : ~UINT64_C(0);
+        size_t first = w * 64, count = n[0] - first < 64 ? n[0] - first : 64;
+        bool known = false;
+        for (size_t j = 0; j < bits->rows; j++) {
+            if (j % VIT_BRICK == 0)
+                known = class_bricks(lit, w, j / VIT_BRICK, slice / VIT_BRICK, word);
+            if (!known)
+                class_word(lit, (slice * n[1] + j) * n[0] + first, count, word);
             for (int c = 0; c < 2; c++)
-                bits->class[c][(at * bits->rows + j) * bits->words + w] = word[c];
+                bits->class[c][(at * bits->rows + j) * bits->words + w] = word[c] & last;
         }
+    }
 }
 
 static void or_words(uint64_t *restrict out, const uint64_t *restrict in, size_t count)
@@ -184,7 +209,8 @@ bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct vit_volume *v
     const double rounding = rounding_hu(plan, volume);
     double a = (plan->visible_hu[0] - rounding - info->intercept) / info->slope;
     double b = (plan->visible_hu[1] + rounding - info->intercept) / info->slope;
-    const struct lit lit = {info, vit_volume_samples(volume), fmin(a, b), fmax(a, b), reach};
+    const struct lit lit = {info, vit_volume_get_stats(volume), vit_volume_samples(volume), fmin(a, b), fmax(a, b),
+                            reach};
     const ptrdiff_t slices = (ptrdiff_t)info->n[2];
     const size_t words = mask->row_words, slice = info->n[1] * words;
     size_t held = SLICES + 2 * (size_t)reach;

@@ -57,8 +57,13 @@ static void index_row(const void *user, size_t first, size_t count, unsigned cha
     for (size_t i = 0; i < count; i++) {
         unsigned weight = shade->weight ? shade->weight[first + i] : 255;
         unsigned factor = shade->factor ? shade->factor[first + i] : 255;
-        const uint16_t all[4] = {shade->index[first + i], (uint16_t)(shade->sure[first + i] | weight << 8),
-                                 (uint16_t)factor, 0};
+        uint16_t all[4] = {shade->index[first + i], (uint16_t)(shade->sure[first + i] | weight << 8), (uint16_t)factor,
+                           0};
+        if (shade->waits && !vit_shade_knows(shade, first + i)) { /* middling, and hardly sure */
+            all[0] = shade->middle;
+            all[1] = (uint16_t)(VIT_NEUTRAL_SURE | 255U << 8);
+            all[2] = shade->middling;
+        }
         memcpy(out + i * rows->bytes, all, numbers * sizeof all[0]);
     }
 }

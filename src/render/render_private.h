@@ -41,7 +41,9 @@ uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels dep
 uint16_t vit_half_from_float(float value); /* to the nearest, ties to even */
 
 /* shade.c: what every voxel reflects: the number of its direction and, where the preset asks, weight and factor, made
- * once; and the table of directions, made again when view, light or material change. All zero: nothing made yet. */
+ * once, when a picture first asks for it; and the table of directions, made again when view, light or material change.
+ * All zero: nothing made yet. */
+#define VIT_NEUTRAL_SURE 16 /* of 255: beside voxels that are known it is nothing */
 struct vit_shade {
     struct vit_sphere *sphere;
     struct vit_lit *table; /* of the sphere's directions */
@@ -49,14 +51,32 @@ struct vit_shade {
     uint16_t *index;
     uint8_t *weight, *factor; /* NULL where the preset has no boundaries, no gradient opacity */
     uint8_t *sure;
-    uint32_t *packed;                                   /* grey light: body and shine of a direction, 16 bits each */
-    struct vit_voxel_mask mask;                         /* voxels that are known; all else is 0 */
-    uint8_t *wanted;                                    /* bricks that hold any */
-    uint64_t directions_from, surface_from, table_from; /* table_from: of all that is lit by it */
+    uint32_t *packed;            /* grey light: body and shine of a direction, 16 bits each */
+    struct vit_voxel_mask mask;  /* voxels that are asked for */
+    struct vit_voxel_mask known; /* those that were, since there are directions; all else is 0 */
+    struct vit_voxel_mask todo;  /* those that are asked for and were not known when they were looked for */
+    uint8_t *wanted;             /* bricks that hold any that are asked for; not 0 */
+    uint64_t directions_from, weights_from, voxels_from, surface_key, table_key;
+    uint64_t surface_from, table_from; /* of what there is; table_from: of all that is lit by it */
+    bool waits;                        /* some are not known yet, in slices from `done` on */
+    size_t done;
+    /* For those: a direction of middling light, its body times VIT_NEUTRAL_SURE, and a factor. */
+    uint16_t middle;
+    uint8_t neutral[3], middling;
     bool grey;
+    double voxels_ms, directions_ms; /* that the last prepare took for mask and directions */
 };
+static inline bool vit_shade_knows(const struct vit_shade *shade, size_t voxel)
+{
+    const size_t row = voxel / shade->known.n[0], i = voxel % shade->known.n[0];
+    return shade->known.words[row * shade->known.row_words + i / 64] >> i % 64 & 1;
+}
 VIT_NODISCARD bool vit_shade_prepare(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
                                      const struct vit_plan *plan, const struct vit_progress *progress);
+/* Where the plan left directions for later: those of a few slices, until `ms` are over; waits says whether more are to
+ * come. */
+VIT_NODISCARD bool vit_shade_advance(struct vit_gl *gl, struct vit_shade *shade, const struct vit_volume *volume,
+                                     const struct vit_plan *plan, double ms);
 /* Light texels of a line of voxels, four bytes each, colours times sure: grey: body, shine, sure, factor; else body in
  * red, green and blue, and factor. */
 void vit_shade_line(const struct vit_shade *shade, const struct vit_plan *plan, const struct vit_texels_line *line,

@@ -11,6 +11,12 @@ const struct vit_pass_name vit_pass_names[VIT_PASS_COUNT] = {
 #undef PASS_NAME
 };
 
+const struct vit_pass_name vit_part_names[VIT_PART_COUNT] = {
+#define PART_NAME(name, word, help) {word, help},
+    VIT_PARTS(PART_NAME)
+#undef PART_NAME
+};
+
 struct vit_renderer {
     struct vit_gl *gl;
     const struct vit_volume *volume;
@@ -29,6 +35,7 @@ struct vit_renderer {
     GLuint buffer;
     struct vit_render_stats stats;
     bool times_passes;
+    bool whole; /* what was prepared last: no light is left for later */
 };
 
 struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_volume *volume)
@@ -154,30 +161,54 @@ static void choose_surface(struct vit_renderer *renderer, const struct vit_plan 
         renderer->surface = other;
 }
 
+/* What went by since *start is this part's; the next begins. */
+static void part_end(struct vit_renderer *renderer, enum vit_part part, uint64_t *start)
+{
+    const uint64_t now = vit_clock_ns();
+    renderer->stats.part_ms[part] += (double)(now - *start) * 1e-6;
+    *start = now;
+}
+
+static bool prepare_shade(struct vit_renderer *renderer, const struct vit_plan *plan,
+                          const struct vit_progress *progress, uint64_t *start)
+{
+    double *ms = renderer->stats.part_ms;
+    const bool made = vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, progress);
+    part_end(renderer, VIT_PART_LIGHT, start);
+    ms[VIT_PART_VOXELS] = renderer->shade.voxels_ms;
+    ms[VIT_PART_DIRECTIONS] = renderer->shade.directions_ms;
+    ms[VIT_PART_LIGHT] -= ms[VIT_PART_VOXELS] + ms[VIT_PART_DIRECTIONS];
+    return made;
+}
+
 /* The path that is not taken keeps nothing. */
 static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan *plan,
                            const struct vit_progress *progress)
 {
     struct vit_gl *gl = renderer->gl;
+    uint64_t start = vit_clock_ns();
     if (plan->path == VIT_PATH_STACKS) {
         vit_texture3d_clear(&renderer->texture3d);
         vit_light3d_clear(&renderer->light3d);
         vit_stacks_check(&renderer->stacks, &renderer->shade, plan);
-        bool made = vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) &&
+        bool made = prepare_shade(renderer, plan, progress, &start) &&
                     vit_stacks_prepare(gl, &renderer->stacks, renderer->volume, &renderer->shade, plan, progress);
         if (plan->light.forgets)
             vit_shade_clear(&renderer->shade);
+        part_end(renderer, VIT_PART_TEXELS, &start);
         return made;
     }
     vit_stacks_clear(&renderer->stacks);
-    if (!vit_shade_prepare(gl, &renderer->shade, renderer->volume, plan, progress) ||
+    if (!prepare_shade(renderer, plan, progress, &start) ||
         !vit_light3d_prepare(gl, &renderer->light3d, &renderer->shade, plan, progress))
         return false;
+    part_end(renderer, VIT_PART_LIGHT, &start);
     if (plan->light.forgets && !plan->light.in_texels)
         vit_shade_clear(&renderer->shade);
     bool good = vit_texture3d_prepare(gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress);
     if (plan->light.forgets)
         vit_shade_clear(&renderer->shade);
+    part_end(renderer, VIT_PART_TEXELS, &start);
     return good;
 }
 
@@ -221,23 +252,45 @@ bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress)
 {
-    uint64_t start = vit_clock_ns();
+    const uint64_t began = vit_clock_ns();
+    uint64_t start = began;
+    memset(renderer->stats.part_ms, 0, sizeof renderer->stats.part_ms);
     if (is_shown(renderer, plan))
         return true;
     renderer->stats.shown = 0;
-    if (!prepare_targets(renderer, plan) || !prepare_volume(renderer, plan, progress) ||
-        !vit_table_prepare(renderer->gl, &renderer->table, plan) ||
-        !vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan))
+    bool good = prepare_targets(renderer, plan);
+    part_end(renderer, VIT_PART_PROGRAMS, &start);
+    if (!good || !prepare_volume(renderer, plan, progress))
         return false;
+    start = vit_clock_ns();
+    good = vit_table_prepare(renderer->gl, &renderer->table, plan);
+    part_end(renderer, VIT_PART_TABLE, &start);
+    good = good && vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan);
+    part_end(renderer, VIT_PART_EMPTY, &start);
+    if (!good)
+        return false;
+    renderer->stats.light_waits = plan->light.on && renderer->shade.waits;
+    renderer->whole = !renderer->stats.light_waits;
     count_bytes(renderer, plan);
-    renderer->stats.setup_ms += (double)(vit_clock_ns() - start) * 1e-6;
+    renderer->stats.setup_ms += (double)(vit_clock_ns() - began) * 1e-6;
     return true;
+}
+
+static bool advance_light(struct vit_renderer *renderer, const struct vit_plan *plan, double ms)
+{
+    renderer->shade.directions_ms = 0;
+    if (!plan->light.later || !renderer->stats.light_waits)
+        return true;
+    bool good = vit_shade_advance(renderer->gl, &renderer->shade, renderer->volume, plan, ms);
+    renderer->stats.part_ms[VIT_PART_DIRECTIONS] = renderer->shade.directions_ms;
+    renderer->stats.light_waits = renderer->shade.waits;
+    return good;
 }
 
 bool vit_renderer_advance(struct vit_renderer *renderer, const struct vit_plan *plan, double ms)
 {
     if (plan->path != VIT_PATH_STACKS)
-        return true;
+        return advance_light(renderer, plan, ms);
     vit_stacks_check(&renderer->stacks, &renderer->shade, plan);
     if (plan->soon_count > 0 && !vit_shade_suits(&renderer->shade, plan) &&
         !vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, NULL))
@@ -254,7 +307,7 @@ unsigned vit_renderer_stacks_there(const struct vit_renderer *renderer, const st
 
 bool vit_renderer_is_advancing(const struct vit_renderer *renderer)
 {
-    return renderer->stacks.job;
+    return renderer->stacks.job || renderer->stats.light_waits;
 }
 
 /* The table's axis in units of texel values; segments beyond the last add nothing. */
@@ -539,7 +592,7 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
         pass_end(renderer, VIT_PASS_OVER, began);
     }
     glFinish();
-    renderer->stats.shown = plan->digest;
+    renderer->stats.shown = renderer->whole ? plan->digest : 0;
     renderer->stats.slices = plan->slab_count;
     renderer->stats.frame_ms = (double)(vit_clock_ns() - start) * 1e-6;
     return vit_gl_check(renderer->gl, "frame");

@@ -30,6 +30,7 @@ static void central(const struct window *w, struct differences *out)
 {
     const int32_t *here = w->row[1][1] + 1;
     const int32_t y = steps(w, 1), z = steps(w, 2);
+#pragma omp simd
     for (int i = 0; i < w->count; i++) {
         out->d[0][i] = here[i + 1] - here[i - 1];
         out->d[1][i] = y * (w->row[1][2][1 + i] - w->row[1][0][1 + i]);
@@ -42,17 +43,18 @@ static void sobel(const struct window *w, struct differences *out)
     int32_t across[3][CHUNK + 2];
     const int32_t y = steps(w, 1), z = steps(w, 2);
     const int n = w->count + 2;
+#pragma omp simd
     for (int i = 0; i < n; i++) {
-        int32_t sum[3], rise[3];
-        for (int k = 0; k < 3; k++) {
-            sum[k] = w->row[k][0][i] + 2 * w->row[k][1][i] + w->row[k][2][i];
-            rise[k] = w->row[k][2][i] - w->row[k][0][i];
-        }
-        across[0][i] = sum[0] + 2 * sum[1] + sum[2];
-        across[1][i] = y * (rise[0] + 2 * rise[1] + rise[2]);
-        across[2][i] = z * (sum[2] - sum[0]);
+        const int32_t below = w->row[0][0][i] + 2 * w->row[0][1][i] + w->row[0][2][i];
+        const int32_t here = w->row[1][0][i] + 2 * w->row[1][1][i] + w->row[1][2][i];
+        const int32_t above = w->row[2][0][i] + 2 * w->row[2][1][i] + w->row[2][2][i];
+        across[0][i] = below + 2 * here + above;
+        across[1][i] = y * (w->row[0][2][i] - w->row[0][0][i] + 2 * (w->row[1][2][i] - w->row[1][0][i]) +
+                            w->row[2][2][i] - w->row[2][0][i]);
+        across[2][i] = z * (above - below);
     }
-    for (int i = 0; i + 2 < n; i++) {
+#pragma omp simd
+    for (int i = 0; i < n - 2; i++) {
         out->d[0][i] = across[0][i + 2] - across[0][i];
         out->d[1][i] = across[1][i] + 2 * across[1][i + 1] + across[1][i + 2];
         out->d[2][i] = across[2][i] + 2 * across[2][i + 1] + across[2][i + 2];
@@ -64,6 +66,7 @@ static void intermediate(const struct window *w, struct differences *out)
 {
     const int32_t *here = w->row[1][1] + 1;
     const int y = w->high[1] ? 1 : 2, z = w->high[2] ? 1 : 2;
+#pragma omp simd
     for (int i = 0; i < w->count; i++) {
         out->d[0][i] = here[i + 1] - here[i];
         out->d[1][i] = w->row[1][y][1 + i] - w->row[1][y - 1][1 + i];
@@ -112,10 +115,12 @@ static void load_row(const struct vit_volume *volume, size_t row_at, size_t i, i
 {
     if (volume->info.sample == VIT_SAMPLE_I16) {
         const int16_t *p = (const int16_t *)volume->samples + row_at + i;
+#pragma omp simd
         for (int c = 0; c < count; c++)
             out[1 + c] = p[c];
     } else {
         const uint16_t *p = (const uint16_t *)volume->samples + row_at + i;
+#pragma omp simd
         for (int c = 0; c < count; c++)
             out[1 + c] = p[c];
     }
@@ -161,12 +166,10 @@ static void differences_of(const struct vit_volume *volume, enum vit_kernel kern
 
 /* HU/mm from differences. Scaled to where neither it nor its products with differences (below 2^22) leave the range of
  * float: beyond 1e±30 HU/mm the length is wrong, the direction is right. */
-static void matrix_of(const struct vit_volume_info *info, enum vit_kernel kernel, double m[3][3])
+static void matrix_of(const struct vit_volume_info *info, struct vit_mat4 vox_from_mm, enum vit_kernel kernel,
+                      double m[3][3])
 {
-    struct vit_mat4 vox_from_mm;
     double most = 0;
-    if (!vit_mat4_invert(info->lps_mm_from_vox, &vox_from_mm))
-        vox_from_mm = vit_mat4_scale(0, 0, 0); /* cannot be: the volume's info was checked */
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
             most = fmax(most, fabs(vox_from_mm.m[c][r]));
@@ -179,15 +182,24 @@ static void matrix_of(const struct vit_volume_info *info, enum vit_kernel kernel
             m[r][c] = scale * vox_from_mm.m[c][r];
 }
 
+void vit_volume_gradient_init(struct vit_volume *volume)
+{
+    struct vit_mat4 vox_from_mm;
+    if (!vit_mat4_invert(volume->info.lps_mm_from_vox, &vox_from_mm))
+        vox_from_mm = vit_mat4_scale(0, 0, 0); /* cannot be: the volume's info was checked */
+    for (int kernel = 0; kernel < VIT_KERNEL_COUNT; kernel++)
+        matrix_of(&volume->info, vox_from_mm, (enum vit_kernel)kernel, volume->gradient[kernel]);
+}
+
 struct vit_vec3 vit_volume_gradient(const struct vit_volume *volume, enum vit_kernel kernel, size_t i, size_t j,
                                     size_t k)
 {
     struct differences out;
-    double m[3][3], g[3];
+    double g[3];
     const size_t first[3] = {i, j, k};
     kernel = known(kernel);
+    const double(*m)[3] = volume->gradient[kernel];
     differences_of(volume, kernel, first, 1, &out);
-    matrix_of(&volume->info, kernel, m);
     for (int r = 0; r < 3; r++)
         g[r] = m[r][0] * out.d[0][0] + m[r][1] * out.d[1][0] + m[r][2] * out.d[2][0];
     return (struct vit_vec3){g[0], g[1], g[2]};
@@ -197,10 +209,9 @@ void vit_volume_gradient_row(const struct vit_volume *volume, enum vit_kernel ke
                              size_t count, float (*hu_per_mm)[3])
 {
     struct differences out;
-    double exact[3][3];
     float m[3][3];
     kernel = known(kernel);
-    matrix_of(&volume->info, kernel, exact);
+    const double(*exact)[3] = volume->gradient[kernel];
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
             m[r][c] = (float)exact[r][c];
@@ -208,10 +219,13 @@ void vit_volume_gradient_row(const struct vit_volume *volume, enum vit_kernel ke
         const size_t at[3] = {first[0] + done, first[1], first[2]};
         const int n = (int)(count - done < CHUNK ? count - done : CHUNK);
         differences_of(volume, kernel, at, n, &out);
+#pragma omp simd
         for (int i = 0; i < n; i++) {
-            float x = (float)out.d[0][i], y = (float)out.d[1][i], z = (float)out.d[2][i];
-            for (int r = 0; r < 3; r++)
-                hu_per_mm[done + (size_t)i][r] = m[r][0] * x + m[r][1] * y + m[r][2] * z;
+            const float x = (float)out.d[0][i], y = (float)out.d[1][i], z = (float)out.d[2][i];
+            float *g = hu_per_mm[done + (size_t)i];
+            g[0] = m[0][0] * x + m[0][1] * y + m[0][2] * z;
+            g[1] = m[1][0] * x + m[1][1] * y + m[1][2] * z;
+            g[2] = m[2][0] * x + m[2][1] * y + m[2][2] * z;
         }
     }
 }

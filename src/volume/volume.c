@@ -92,6 +92,7 @@ struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const s
     if (!volume)
         goto fail;
     volume->info = *info;
+    vit_volume_gradient_init(volume);
     /* Memory that is not there is often given all the same, and taken back with the process. */
     const uint64_t most = vit_memory_limit_bytes();
     if (most > 0 && vit_volume_info_bytes(info) > most)
