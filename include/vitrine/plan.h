@@ -209,6 +209,10 @@ struct vit_plan {
      * differ by more than flat_enough in any channel; between others it is interpolated. 0: in full everywhere. */
     int sketch;
     double flat_enough;
+    enum vit_target sketch_target; /* of the smaller picture */
+    /* What lies between is interpolated by the processor, which rasterises too, and put into a target of 8 bits; and
+     * what is not flat is drawn as points of that many pixels. */
+    bool cpu_stretch;
     double clear_enough;    /* OPAQUE_FRONT: a ray ends where less of its light than this could still come through */
     int slabs_per_pass;     /* slabs composited in the shader before one blend, [1, 4096] */
     uint64_t texture_bytes; /* of the volume's textures */

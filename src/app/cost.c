@@ -125,10 +125,13 @@ static bool count_slabs(struct app_cost *cost, struct app_scene *scene, struct a
     if (app_scene_plan(scene, app, &app->settings->view) != VIT_EXIT_DONE)
         return false;
     struct vit_plan *plan = &scene->plan;
-    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->target == VIT_TARGET_RGBA8)
+    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE ||
+        plan->sketch_target == VIT_TARGET_RGBA8)
         return true; /* the reference's slabs are those of the 3D path */
     plan->features |= VIT_FEATURE(COUNTED);
     plan->sketch = 0;
+    plan->cpu_stretch = false;
+    plan->target = plan->sketch_target;
     plan->still = false;
     bool good = app_drawer_draw(drawer, scene, app) && vit_renderer_read(drawer->renderer, &frame);
     struct vit_reference_params params = vit_reference_params_default();

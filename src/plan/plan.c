@@ -47,6 +47,7 @@ const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_ONE_VIEW, "a snapshot keeps nothing that only lights other views while the volume is uploaded"},
     {VIT_RULE_FLAT_COLOR, "where all that shows has one colour the look-up table holds opacity alone"},
     {VIT_RULE_MONO, "where all that shows is grey the look-up table holds brightness and opacity"},
+    {VIT_RULE_CPU_STRETCH, "where the GL is a CPU it interpolates sketches itself, into 8 bits"},
     {VIT_RULE_DITHER, "8-bit texels are dithered, so that their rounding does not add up over slabs"},
     {NULL, NULL},
 };

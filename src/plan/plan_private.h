@@ -16,11 +16,14 @@
 #define VIT_RULE_ONE_STACK    "one-stack"
 #define VIT_RULE_STILL        "still"
 #define VIT_RULE_OVERLAY      "overlay"
+#define VIT_RULE_CPU_STRETCH  "cpu-stretch"
 /* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
  * the diagonal between two axes. */
 #define VIT_PLAN_FADE_COSINE 0.1
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
+/* Sketches that may differ by so much have 8 bits, which round by 1/510. */
+#define VIT_PLAN_STRETCH_FLAT (10.0 / 255)
 /* What comes through so little is left out: RMS 6e-6 of full scale against ideal slabs, a twentieth of what 8 slabs per
  * voxel err. */
 #define VIT_PLAN_CLEAR_ENOUGH (1.0 / 65536)

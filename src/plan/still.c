@@ -80,6 +80,7 @@ static uint64_t mix_formats(uint64_t hash, const struct vit_plan *plan)
     MIX(plan->features);
     MIX(plan->sketch);
     MIX(plan->flat_enough);
+    MIX(plan->cpu_stretch);
     MIX(plan->clear_enough);
     MIX(plan->slabs_per_pass);
     MIX(plan->stack_count);

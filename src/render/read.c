@@ -37,6 +37,29 @@ static void to_floats(GLenum type, const unsigned char *row, size_t count, float
     }
 }
 
+bool vit_read_pixels(struct vit_gl *gl, const struct vit_gl_target *target, float *rgba)
+{
+    const size_t row_floats = (size_t)target->width * 4;
+    glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    GLenum type = read_type(gl, target);
+    if (type == GL_FLOAT) {
+        glReadPixels(0, 0, target->width, target->height, GL_RGBA, type, rgba);
+        return vit_gl_check(gl, "reading a sketch");
+    }
+    unsigned char *row = vit_alloc(row_floats, 2);
+    if (!row) {
+        vit_error(vit_gl_log(gl), "out of memory for a row of %d pixels", target->width);
+        return false;
+    }
+    for (int y = 0; y < target->height; y++) {
+        glReadPixels(0, y, target->width, 1, GL_RGBA, type, row);
+        to_floats(type, row, row_floats, rgba + (size_t)y * row_floats);
+    }
+    vit_free(row);
+    return vit_gl_check(gl, "reading a sketch");
+}
+
 bool vit_read_target(struct vit_gl *gl, const struct vit_gl_target *target, struct vit_frame *frame)
 {
     int width = target->width, height = target->height;

@@ -2,6 +2,7 @@
 #ifndef VITRINE_RENDER_PRIVATE_H
 #define VITRINE_RENDER_PRIVATE_H
 
+#include "vitrine/proxy.h"
 #include "vitrine/render.h"
 
 #include "es2_only.h"
@@ -171,7 +172,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 #define VIT_UNIFORMS(X) \
     X(clip_from_px) X(clip_middle) X(px_per_fragment) X(tex_from_x) X(tex_from_y) X(tex_origin) X(texels) X(box_low) X(box_high) X(tex_toward) X(flat_color) X(texel_layers) \
     X(near_limit_mm) X(eye_mm) X(px_per_eye) X(slab_mm) X(texel_mm) X(table) X(axis_from) X(axis_scale) X(axis_share) \
-    X(axis_first) X(reduced) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
+    X(axis_first) X(reduced) X(point_px) X(tex_from_px) X(occupancy) X(occupancy_from_tex) X(light) \
     X(light_shine) X(light_table) X(light_from_entry) X(light_size) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
@@ -350,7 +351,9 @@ struct vit_surface {
     struct vit_gl_target target, reduced, other, sketch;
 };
 
-/* read.c: initialises the frame. */
+/* read.c: pixels as floats, the lowest row first. And all of it as a frame,
+ * which is initialised. */
+VIT_NODISCARD bool vit_read_pixels(struct vit_gl *gl, const struct vit_gl_target *target, float *rgba);
 VIT_NODISCARD bool vit_read_target(struct vit_gl *gl, const struct vit_gl_target *target, struct vit_frame *frame);
 
 /* present.c: a finished picture over its background, into framebuffer 0. */
@@ -378,6 +381,32 @@ VIT_NODISCARD bool vit_sketch_prepare(struct vit_gl *gl, struct vit_sketch *sket
 void vit_sketch_fill(const struct vit_sketch *sketch, const struct vit_plan *plan, const struct vit_gl_target *from,
                      const struct vit_gl_target *into, const struct vit_mesh *mesh);
 void vit_sketch_clear(struct vit_sketch *sketch);
+
+/* stretch.c: the same by the CPU, without GL: bytes of a picture of width x height pixels between those of a sketch of
+ * columns x rows, px apart; both have their lowest row first. */
+struct vit_span {
+    int first, end;
+};
+struct vit_mesh_vertex;
+struct vit_stretch {
+    int px, columns, rows, width, height;
+    float *floats; /* the sketch, as read, 4 a pixel; and some of its rows, as wide as the picture */
+    float *line;
+    unsigned char *bytes; /* 4 a pixel */
+    unsigned char *marks; /* cells that are not flat */
+    struct vit_mesh_vertex *points;
+    struct vit_span *spans;
+};
+VIT_NODISCARD bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target *sketch, int px,
+                                       int width, int height); /* false: out of memory */
+/* Within the outline. Returns the rows that hold all that is not 0; others may not be written. */
+struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline);
+/* Middles of the cells that are to be drawn again, as points in `points`; returns their count. */
+size_t vit_stretch_mark(struct vit_stretch *stretch, double flat_enough, double near_mm);
+void vit_stretch_clear(struct vit_stretch *stretch);
+/* sketch.c: reads the sketch, stretches it and sends it. */
+VIT_NODISCARD bool vit_sketch_stretch(struct vit_gl *gl, struct vit_stretch *stretch, const struct vit_plan *plan,
+                                      const struct vit_gl_target *from, const struct vit_gl_target *into);
 
 /* mesh.c: the outlines of all passes as triangles, nearest pass first. Buffers only grow. */
 struct vit_mesh_vertex {

@@ -30,6 +30,7 @@ struct vit_renderer {
     struct vit_surface *surface;    /* the one in use */
     struct vit_present present;
     struct vit_sketch sketch;
+    struct vit_stretch stretch;
     struct vit_program program, reduce_program;
     struct vit_mesh mesh;
     GLuint buffer;
@@ -65,6 +66,7 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     vit_occupancy_clear(&renderer->occupancy);
     vit_present_clear(&renderer->present);
     vit_sketch_clear(&renderer->sketch);
+    vit_stretch_clear(&renderer->stretch);
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(renderer->surfaces); i++) {
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].target);
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].reduced);
@@ -116,32 +118,39 @@ static bool prepare_program(struct vit_renderer *renderer, struct vit_program *p
     return true;
 }
 
-static bool prepare_size(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan,
-                         int width, int height)
+static bool prepare_size(struct vit_renderer *renderer, struct vit_gl_target *target, enum vit_target format, int width,
+                         int height)
 {
     static const GLenum formats[VIT_TARGET_COUNT] = {
         [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
-    if (target->texture && target->internal_format == formats[plan->target] && target->width == width &&
+    if (target->texture && target->internal_format == formats[format] && target->width == width &&
         target->height == height)
         return true;
     vit_gl_target_destroy(renderer->gl, target);
-    return vit_gl_target_create(renderer->gl, target, formats[plan->target], width, height);
+    return vit_gl_target_create(renderer->gl, target, formats[format], width, height);
 }
 
 static bool prepare_target(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan)
 {
-    return prepare_size(renderer, target, plan, plan->camera.width_px, plan->camera.height_px) &&
-           (!plan->sketch || vit_gl_target_add_depth(renderer->gl, target));
+    return prepare_size(renderer, target, plan->target, plan->camera.width_px, plan->camera.height_px) &&
+           (!plan->sketch || plan->cpu_stretch || vit_gl_target_add_depth(renderer->gl, target));
 }
 
 static bool prepare_sketch(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
+    const int width = plan->camera.width_px, height = plan->camera.height_px;
+    struct vit_gl_target *sketch = &renderer->surface->sketch;
     if (!plan->sketch)
         return true;
-    return vit_sketch_prepare(renderer->gl, &renderer->sketch) &&
-           prepare_size(renderer, &renderer->surface->sketch, plan,
-                        (plan->camera.width_px - 2 + plan->sketch) / plan->sketch + 1,
-                        (plan->camera.height_px - 2 + plan->sketch) / plan->sketch + 1);
+    if (!prepare_size(renderer, sketch, plan->sketch_target, (width - 2 + plan->sketch) / plan->sketch + 1,
+                      (height - 2 + plan->sketch) / plan->sketch + 1))
+        return false;
+    if (!plan->cpu_stretch)
+        return vit_sketch_prepare(renderer->gl, &renderer->sketch);
+    if (vit_stretch_prepare(&renderer->stretch, sketch, plan->sketch, width, height))
+        return true;
+    vit_error(vit_gl_log(renderer->gl), "out of memory for a sketch of %d x %d pixels", width, height);
+    return false;
 }
 
 static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_plan *plan)
@@ -372,6 +381,7 @@ static void set_uniforms(const struct vit_program *program, const struct vit_pla
     glUniform2f(program->clip_middle, (float)((camera->width_px + beyond_px) / width_px - 1),
                 (float)((camera->height_px + beyond_px) / height_px - 1));
     glUniform1f(program->px_per_fragment, (float)px);
+    glUniform1f(program->point_px, (float)plan->sketch);
     glUniform2f(program->middle_px, (float)(0.5 * (camera->width_px + beyond_px)),
                 (float)(0.5 * (camera->height_px + beyond_px)));
     glUniform1f(program->near_limit_mm, (float)plan->near_mm);
@@ -467,11 +477,11 @@ static void set_blending(const struct vit_gl *gl, const struct vit_plan *plan)
         glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);
 }
 
-/* The mesh as it is: with the 3D texture, or part by part with those of a stack. */
+/* The mesh as it is: with the 3D texture, or part by part with those of a stack. Points replace what is there. */
 static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
-                       const struct vit_gl_target *target, int px)
+                       const struct vit_mesh *mesh, const struct vit_gl_target *target, int px)
 {
-    const struct vit_mesh *mesh = &renderer->mesh;
+    const bool points = mesh != &renderer->mesh;
     const struct vit_program *program = &renderer->program;
     glUseProgram(program->name);
     set_uniforms(program, plan, target, px);
@@ -485,11 +495,12 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
         set_axis(program, plan);
     send_vertices(renderer, program, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
     bind_textures(renderer, plan);
-    set_blending(renderer->gl, plan);
+    if (!points)
+        set_blending(renderer->gl, plan);
     for (size_t i = 0; i < mesh->part_count; i++) {
         if (stack)
             vit_stacks_set_part(program, &renderer->stacks, plan, stack, &mesh->parts[i]);
-        glDrawArrays(GL_TRIANGLES, (GLint)mesh->parts[i].first, (GLsizei)mesh->parts[i].count);
+        glDrawArrays(points ? GL_POINTS : GL_TRIANGLES, (GLint)mesh->parts[i].first, (GLsizei)mesh->parts[i].count);
     }
     glDisable(GL_BLEND);
 }
@@ -523,8 +534,29 @@ static void pass_end(struct vit_renderer *renderer, enum vit_pass pass, uint64_t
         *sum = (*sum > 0 ? *sum : 0) + ms;
 }
 
+/* Between the pixels of the sketch, by the CPU; and points where it is not flat. */
+static bool draw_stretched(struct vit_renderer *renderer, const struct vit_plan *plan,
+                           const struct vit_gl_target *target)
+{
+    struct vit_stretch *stretch = &renderer->stretch;
+    uint64_t began = pass_begin(renderer);
+    if (!vit_sketch_stretch(renderer->gl, stretch, plan, &renderer->surface->sketch, target))
+        return false;
+    pass_end(renderer, VIT_PASS_FLAT, began);
+    float near_mm = renderer->mesh.vertices[0].near_mm;
+    struct vit_mesh_part part = {.count =
+                                     plan->flat_enough < 1 ? vit_stretch_mark(stretch, plan->flat_enough, near_mm) : 0};
+    struct vit_mesh mesh = {.vertices = stretch->points, .vertex_count = part.count, .parts = &part, .part_count = 1};
+    if (part.count == 0)
+        return true;
+    began = pass_begin(renderer);
+    draw_slabs(renderer, plan, NULL, &mesh, target, 1);
+    pass_end(renderer, VIT_PASS_SLABS, began);
+    return true;
+}
+
 /* The picture by one stack, or by the 3D texture (stack NULL), into `target`. */
-static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
+static bool draw_picture(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_plan_stack *stack,
                          const struct vit_gl_target *target)
 {
     bool reduce = plan->features & VIT_FEATURE(REDUCE);
@@ -533,12 +565,17 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
     else
         vit_mesh_build(&renderer->mesh, plan);
     bool sketch = plan->sketch && renderer->mesh.vertex_count > 0;
+    /* A pass may hold more than there are. */
+    int slabs = plan->slabs_per_pass < plan->slab_count ? plan->slabs_per_pass : plan->slab_count;
+    renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * slabs);
     if (sketch) {
         uint64_t began = pass_begin(renderer);
         clear_target(&renderer->surface->sketch);
-        draw_slabs(renderer, plan, stack, &renderer->surface->sketch, plan->sketch);
+        draw_slabs(renderer, plan, stack, &renderer->mesh, &renderer->surface->sketch, plan->sketch);
         pass_end(renderer, VIT_PASS_SKETCH, began);
     }
+    if (sketch && plan->cpu_stretch)
+        return draw_stretched(renderer, plan, target);
     uint64_t began = pass_begin(renderer);
     clear_target(reduce ? &renderer->surface->reduced : target);
     if (sketch) {
@@ -549,7 +586,7 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         began = pass_begin(renderer);
     }
     if (renderer->mesh.vertex_count > 0)
-        draw_slabs(renderer, plan, stack, target, 1);
+        draw_slabs(renderer, plan, stack, &renderer->mesh, target, 1);
     if (sketch) {
         glDisable(GL_DEPTH_TEST);
         glDepthMask(GL_TRUE);
@@ -560,25 +597,23 @@ static void draw_picture(struct vit_renderer *renderer, const struct vit_plan *p
         draw_reduced(renderer, plan, target);
         pass_end(renderer, VIT_PASS_CLASSIFY, began);
     }
-    /* A pass may hold more than there are. */
-    int slabs = plan->slabs_per_pass < plan->slab_count ? plan->slabs_per_pass : plan->slab_count;
-    renderer->stats.fragments += (uint64_t)(renderer->mesh.area_px * slabs);
+    return true;
 }
 
 bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     uint64_t start = vit_clock_ns();
-    struct vit_surface *surface = renderer->surface;
+    const struct vit_surface *surface = renderer->surface;
     if (is_shown(renderer, plan))
         return true;
     renderer->stats.fragments = 0;
     renderer->stats.frames++;
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         renderer->stats.pass_ms[pass] = -1;
-    draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
+    bool good = draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
     double shown = plan->stack_count > 0 ? plan->stacks[0].weight : 1;
     for (int i = 1; i < plan->stack_count; i++) {
-        draw_picture(renderer, plan, &plan->stacks[i], &surface->other);
+        good = draw_picture(renderer, plan, &plan->stacks[i], &surface->other) && good;
         shown += plan->stacks[i].weight;
         uint64_t began = pass_begin(renderer);
         vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target,
@@ -592,10 +627,10 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
         pass_end(renderer, VIT_PASS_OVER, began);
     }
     glFinish();
-    renderer->stats.shown = renderer->whole ? plan->digest : 0;
+    renderer->stats.shown = renderer->whole && good ? plan->digest : 0;
     renderer->stats.slices = plan->slab_count;
     renderer->stats.frame_ms = (double)(vit_clock_ns() - start) * 1e-6;
-    return vit_gl_check(renderer->gl, "frame");
+    return vit_gl_check(renderer->gl, "frame") && good;
 }
 
 bool vit_renderer_present(struct vit_renderer *renderer, const struct vit_plan *plan, int width, int height)

@@ -1,5 +1,7 @@
 /* From a sketch to the picture: flat parts are interpolated, the rest is left to be drawn. What is done is marked in
  * the depth buffer, which rejects fragments before they are shaded. */
+#include <math.h>
+
 #include "render_private.h"
 
 bool vit_sketch_prepare(struct vit_gl *gl, struct vit_sketch *sketch)
@@ -41,6 +43,30 @@ void vit_sketch_fill(const struct vit_sketch *sketch, const struct vit_plan *pla
         glDrawArrays(GL_TRIANGLES, (GLint)mesh->parts[i].first, (GLsizei)mesh->parts[i].count);
     glDisable(GL_DEPTH_TEST);
     glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+bool vit_sketch_stretch(struct vit_gl *gl, struct vit_stretch *stretch, const struct vit_plan *plan,
+                        const struct vit_gl_target *from, const struct vit_gl_target *into)
+{
+    struct vit_proxy_box box = vit_proxy_box_make(&plan->camera, plan->mm_from_tex, plan->draw_low, plan->draw_high);
+    struct vit_proxy_outline outline;
+    vit_proxy_slab_outline(&plan->camera, &box, -INFINITY, plan->near_mm, &outline);
+    if (!vit_read_pixels(gl, from, stretch->floats))
+        return false;
+    struct vit_span rows = vit_stretch_fill(stretch, &outline);
+    glBindFramebuffer(GL_FRAMEBUFFER, into->framebuffer);
+    glViewport(0, 0, into->width, into->height);
+    glClearColor(0, 0, 0, 0);
+    glClear(GL_COLOR_BUFFER_BIT);
+    if (rows.first >= rows.end)
+        return true;
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, into->texture);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, rows.first, into->width, rows.end - rows.first, GL_RGBA, GL_UNSIGNED_BYTE,
+                    stretch->bytes + (size_t)rows.first * (size_t)into->width * 4);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    return true;
 }
 
 void vit_sketch_clear(struct vit_sketch *sketch)

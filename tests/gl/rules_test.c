@@ -75,6 +75,7 @@ static const struct rule {
     {"one-view", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, true, true, false},
     {"still", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, false, false, false},
     {"overlay", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, false, false, false},
+    {"cpu-stretch", 0.5 / 255 + 1e-5, false, true, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
 };
 
 static double largest_difference(const struct vit_frame *a, const struct vit_frame *b)
@@ -113,6 +114,8 @@ static struct vit_plan plan_of(struct fixture *f, const struct rule *rule, const
     f->preset.sampling.classify = way->classify;
     f->preset.sampling.slices_per_voxel = way->rate;
     f->preset.sampling.texture_bits = rule->bytes ? 8 : 16;
+    f->preset.sampling.sketch = strcmp(rule->name, "cpu-stretch") == 0 ? 2 + (int)(way - ways) % 7 : 0;
+    f->preset.sampling.flat = 1;
     f->preset.shading.model = rule->lit ? VIT_SHADING_LUT : VIT_SHADING_NONE;
     assert_true(vit_view_parse_direction(&request.view, way->view));
     assert_int_equal(vit_plan_make(&plan, &request, &f->log), VIT_PLAN_DONE);
@@ -177,6 +180,7 @@ static void rules_leave_pictures_as_they_are(void **state)
     }
     f->preset.shading.model = VIT_SHADING_NONE;
     f->preset.sampling.texture_bits = 16;
+    f->preset.sampling.sketch = 0;
 }
 
 /* What is drawn again after a sketch is the same to the bit; what is not is as near as `flat` lets it be. The bounds

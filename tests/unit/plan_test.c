@@ -524,6 +524,36 @@ static void sketches_are_what_the_preset_asks_for(void **state)
     scene->preset.sampling.sketch = 0;
 }
 
+/* Where the GL is a CPU, unless the sketch is held to less than 8 bits say, or slabs take several passes. */
+static void cpus_stretch_sketches_themselves(void **state)
+{
+    static const struct {
+        bool software, one_pass, keep;
+        double flat;
+        bool stretched;
+    } cases[] = {{true, true, false, 0.2, true},   {false, true, false, 0.2, false}, {true, true, true, 0.2, false},
+                 {true, true, false, 0.01, false}, {true, false, false, 0.2, false}, {true, false, false, 1, true}};
+    static const char *const keep[] = {"cpu-stretch", "empty-space"};
+    struct scene *scene = *state;
+    scene->preset.sampling.sketch = 4;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_plan_request request = ask(scene);
+        request.path = cases[i].one_pass ? VIT_PATH_3D : VIT_PATH_STACKS;
+        request.caps.software = cases[i].software;
+        request.keep = keep;
+        request.keep_count = cases[i].keep;
+        scene->preset.sampling.flat = cases[i].flat;
+        struct vit_plan plan = make(scene, &request);
+        assert_true(plan.cpu_stretch == cases[i].stretched);
+        assert_true(leaves_out(&plan, "a pass over sketches, float pixels") == cases[i].stretched);
+        assert_true((plan.target == VIT_TARGET_RGBA8) == cases[i].stretched);
+        assert_int_equal(plan.sketch_target, VIT_TARGET_RGBA32F);
+        assert_true(plan.target_bytes ==
+                    vit_target_bytes(plan.target) * (uint64_t)plan.camera.width_px * (uint64_t)plan.camera.height_px);
+    }
+    scene->preset.sampling.sketch = 0;
+}
+
 static void use_light(struct scene *scene)
 {
     scene->preset.shading.model = VIT_SHADING_LUT;
@@ -908,6 +938,7 @@ int main(void)
         cmocka_unit_test(the_eye_bounds_what_is_drawn),
         cmocka_unit_test(unbuilt_keys_are_listed),
         cmocka_unit_test(sketches_are_what_the_preset_asks_for),
+        cmocka_unit_test(cpus_stretch_sketches_themselves),
         cmocka_unit_test(light_is_what_the_preset_asks_for),
         cmocka_unit_test(directions_are_looked_up_on_stacks_where_their_table_fits),
         cmocka_unit_test(light_may_wait_for_rest),
