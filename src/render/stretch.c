@@ -99,6 +99,7 @@ static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, f
         const float *a = sample_at(stretch, x / px, row), *b = sample_at(stretch, x / px + 1, row);
         for (int i = 0; i < px && x + i < span.end; i++) {
             float share = (float)i / (float)px, rest = 1 - share;
+#pragma omp simd
             for (int c = 0; c < 4; c++)
                 out[(size_t)(x + i) * 4 + (size_t)c] = a[c] * rest + b[c] * share;
         }
@@ -106,13 +107,16 @@ static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, f
     return span;
 }
 
-/* Rounded to bytes; [0, 1]. */
+/* Rounded to bytes; what shines is more than 1 and ends there. */
 static void mix_rows(const float *restrict a, const float *restrict b, float share, size_t count,
                      unsigned char *restrict out)
 {
     float of_a = 255 * (1 - share), of_b = 255 * share;
-    for (size_t i = 0; i < count; i++)
-        out[i] = (unsigned char)(int)(a[i] * of_a + b[i] * of_b + 0.5f);
+#pragma omp simd
+    for (size_t i = 0; i < count; i++) {
+        float value = a[i] * of_a + b[i] * of_b + 0.5f;
+        out[i] = (unsigned char)(int)(value < 255.5f ? value : 255.5f);
+    }
 }
 
 struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline)

@@ -29,7 +29,7 @@ static float *pixel(struct vit_stretch *stretch, int column, int row)
     return stretch->floats + ((size_t)row * (size_t)stretch->columns + (size_t)column) * 4;
 }
 
-/* Numbers that look random, in [0, 1]; nothing in some rows and columns. */
+/* Numbers that look random, some of them too bright for a byte; nothing in some rows and columns. */
 static void fill(struct vit_stretch *stretch)
 {
     unsigned state = 7;
@@ -38,7 +38,7 @@ static void fill(struct vit_stretch *stretch)
             for (int c = 0; c < 4; c++) {
                 state = state * 1664525u + 1013904223u;
                 pixel(stretch, column, row)[c] =
-                    row < 2 || row == 5 || column < 3 ? 0.0F : (float)(state >> 8) / 16777215.0F;
+                    row < 2 || row == 5 || column < 3 ? 0.0F : (float)(state >> 8) / 13421772.0F;
             }
 }
 
@@ -61,7 +61,7 @@ static void it_is_bilinear_to_half_a_byte(void **state)
                     pixel(&stretch, column, row + 1)[c] * (1 - u) + pixel(&stretch, column + 1, row + 1)[c] * u;
                 bool sent = y >= rows.first && y < rows.end;
                 double byte = sent ? stretch.bytes[(size_t)y * (size_t)width * 4 + (size_t)x] : 0;
-                worst = fmax(worst, fabs(byte - 255 * (low * (1 - v) + high * v)));
+                worst = fmax(worst, fabs(byte - 255 * fmin(1, low * (1 - v) + high * v)));
             }
         vit_stretch_clear(&stretch);
     }
