@@ -127,6 +127,7 @@ struct vit_settings {
     const char *shader_dir;              /* NULL: the embedded ones */
     double budget_ms, max_error;         /* 0: none */
     int frames;                          /* bench */
+    bool frames_only;                    /* bench */
     bool measure;                        /* plan */
     bool json, verbose, quiet, help, version;
     /* compare: limits on absolute error of a channel [0,1], RMS error, least SSIM; NaN = not asked */

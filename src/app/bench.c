@@ -173,9 +173,11 @@ static double number(const json_t *object, const char *key)
     return json_number_value(json_object_get(object, key));
 }
 
-static void print_cost(const struct app_cost *cost)
+static void print_cost(const struct app_cost *cost, const struct app *app)
 {
     bool timed = false;
+    if (app->settings->frames_only)
+        return;
     printf("GPU        ");
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         if (cost->pass_ms[pass] >= 0) {
@@ -209,7 +211,7 @@ static void print_table(const json_t *object, const struct app_cost *cost, const
     printf("load        %.0f ms\n", number(object, "load_ms"));
     printf("set-up      %.0f ms\n", number(object, "setup_ms"));
     printf("slices      %.0f, %.4g fragments a frame\n", number(object, "slices"), number(object, "fragments"));
-    print_cost(cost);
+    print_cost(cost, app);
     printf("textures    %.1f MiB, %.1f MiB at the peak of the turn\n", number(object, "texture_bytes") / 1048576.0,
            number(object, "texture_bytes_peak") / 1048576.0);
     printf("memory      %.1f MiB at the peak\n", number(object, "peak_rss_bytes") / 1048576.0);

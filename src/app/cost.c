@@ -154,7 +154,7 @@ bool app_cost_measure(struct app_cost *cost, struct app_scene *scene, struct app
         cost->change[i].ms = -1;
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         cost->pass_ms[pass] = -1;
-    if (!drawer->renderer)
+    if (!drawer->renderer || app->settings->frames_only)
         return true;
     return time_passes(cost, scene, drawer, app) && time_transfer(cost, scene, drawer, app) &&
            count_slabs(cost, scene, drawer, app);

@@ -77,6 +77,7 @@ const struct vit_option vit_options[] = {
     FLAG("json", 0, json, BIT(SNAPSHOT) | BIT(BENCH) | BIT(PLAN) | BIT(INFO) | BIT(COMPARE) | BIT(PHANTOM) | BIT(PRESETS) | BIT(CAPS), G_OUT,
          "print JSON (phantom, presets: of their list)")
     RANGE("frames", INTEGER, "N", "frames", frames, 1, 100000, "72", BIT(BENCH), G_OUT, "frames of one full turn")
+    FLAG("frames-only", 0, frames_only, BIT(BENCH), G_OUT, "not their parts, nor a changed transfer function")
     FLAG("measure", 0, measure, BIT(PLAN), G_OUT,
          "draw with each rule switched on and off, so that what it saves in time is known, now and later")
     TEXT("diff", 0, "OUT.png", diff, NULL, BIT(COMPARE), G_OUT, "write the difference as a picture")
