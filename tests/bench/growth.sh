@@ -11,7 +11,7 @@ cranium=$("$(dirname "$0")/../tools/get-cranium.sh")
 frame() {
     volume=$1 size=$2
     shift 2
-    "$vitrine" bench "$volume" --preset bone-classic --set shading.model=none --path 3d --size "${size}x$size" --frames 6 "$@" |
+    "$vitrine" bench "$volume" --preset bone-classic --set shading.model=none --path 3d --size "${size}x$size" --frames 6 --frames-only "$@" |
         sed -n 's/^processor *\([0-9.]*\) ms.*/\1/p'
 }
 

@@ -138,7 +138,7 @@ def write(rows, folder, time):
         return
     spread = lambda values, by: (min(values) / by, max(values) * by)
     limits = spread([row[time] for row in rows], 1.5), spread([row["error"] for row in rows], 1.6)
-    wide = max(LEFT + len(scenes) * (WIDE + GAP) + 4, 1000)
+    wide = max(LEFT + len(scenes) * (WIDE + GAP) + 4, 1240)
     bottom = TOP + len(lights) * (HIGH + GAP)
     svg = ['<svg xmlns="http://www.w3.org/2000/svg" width="%d" height="%d" viewBox="0 0 %d %d" font-family="DejaVu Sans, Liberation Sans, sans-serif" font-size="11" fill="#333">'
            % (wide, bottom + 66, wide, bottom + 66),
@@ -158,8 +158,9 @@ def write(rows, folder, time):
         for e in ticks(*limits[1]):
             svg.append('<text x="%d" y="%.1f" text-anchor="end">%g</text>' % (LEFT - 6, Panel(0, top, *limits).y(e) + 4, e))
         svg.append('<text transform="translate(15,%d) rotate(-90)" text-anchor="middle" fill="#111">%s: RMS error, 1/255</text>' % (top + HIGH / 2, tables.LIGHT[lit]))
-    words = "%s of a frame, median. Errors of the unlit picture, to the reference in double precision. Blue stairs: what no picture of ours is quicker and nearer than; further down and left is better." % (
-        "Milliseconds by the wall" if time == "ms" else "Processor milliseconds, all threads,")
-    svg.append('<text x="%d" y="%d" fill="#111">%s</text></svg>' % (LEFT, bottom + 34, escape(words)))
+    words = ("%s of a frame, the median of a full turn. Errors of the unlit picture, to the reference in double precision." % (
+        "Milliseconds by the wall" if time == "ms" else "Processor milliseconds, all threads,"),
+        "Blue stairs: no picture of ours is quicker and nearer than one on them. Further down and left is better.")
+    svg += ['<text x="%d" y="%d" fill="#111">%s</text>' % (LEFT, bottom + 32 + 17 * i, escape(line)) for i, line in enumerate(words)] + ["</svg>"]
     with open(os.path.join(folder, "peers.svg"), "w") as out:
         out.write("\n".join(svg))

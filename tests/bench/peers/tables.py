@@ -78,6 +78,21 @@ def beside_ours(rows):
     return table(head, lines) + [goals, ""]
 
 
+def in_short(rows):
+    """A line for each scene in each light: a peer's ms over ours at no more error."""
+    lines = []
+    for scene, lit in dict.fromkeys((row["scene"], row["lit"]) for row in rows):
+        line = [scene, LIGHT[lit]]
+        for name in PEERS:
+            peer = next((row for row in rows if (row["scene"], row["lit"], row["program"]) == (scene, lit, name)), None)
+            mine = quickest(rows, peer) if peer else None
+            line += ["%s : %s = %s" % (number(peer[key]), number(mine[key]), number(peer[key] / mine[key], "%.2f")) if mine else "–"
+                     for key in (("ms", "changed_ms") if name == VOLPACK else ("ms",))]
+        lines.append(line)
+    head = ["scene", "light"] + [name.split(",")[0] for name in PEERS] + ["VolPack, frame after a changed transfer function"]
+    return ["Milliseconds a frame: a peer's, ours at no more error, how many times ours:", ""] + table(head, lines)
+
+
 # ---- the front -----------------------------------------------------------------------------------------------------
 
 def front(rows, scene, lit, time="ms"):
@@ -136,7 +151,7 @@ def write(rows, folder, machine_, seconds):
         writer.writerows([[row.get(key, "") for key in KEYS] for row in rows + given(rows)])
     versions = sorted({row["version"] for row in rows})
     text = ["Medians over the frames, after warm-up, by the wall; processor ms: all threads. %s. %s." % (machine_, "; ".join(versions)), ""]
-    text += all_rows(rows) + beside_ours(rows) + beside_volpack(rows) + stairs(rows)
+    text += in_short(rows) + all_rows(rows) + beside_ours(rows) + beside_volpack(rows) + stairs(rows)
     text += ["This run took %.1f minutes; timing all that stands here, in whatever runs, %.1f." %
              (seconds / 60, sum(row["wall_s"] for row in rows) / 60)]
     with open(os.path.join(folder, "peers.md"), "w") as out:
