@@ -294,6 +294,16 @@ void vit_plan_table_fill(const struct vit_plan *plan, float *rgba);
  * all of it is grey; 4. `color` is set in any case. */
 int vit_plan_colors(const struct vit_transfer *transfer, const struct vit_volume_stats *stats, double color[3]);
 
+/* How a moving picture is drawn that has to take the time of one whose sides are the screen's by `shrink`, [1,
+ * VIT_PACE_SHRINK_MAX]: its sides are the screen's by `by`, and it is sketched (0: in full). `report scene` says with
+ * what error. flat: the preset's. */
+#define VIT_PACE_SHRINK_MAX 8
+struct vit_pace_way {
+    int by, sketch;
+    double flat;
+};
+struct vit_pace_way vit_plan_pace(int shrink, enum vit_technique technique, double flat);
+
 /* Rules that --keep can switch off; name NULL ends. */
 struct vit_plan_rule {
     const char *name, *help;

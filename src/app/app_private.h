@@ -169,10 +169,9 @@ VIT_NODISCARD bool app_savings_measure(struct app_scene *scene, struct app *app)
 /* ---- pace.c: how much less of a moving picture is drawn ------------------------------------------------------------
  */
 
-#define APP_PACE_SHRINK_MAX 8
 struct app_pace {
     double budget_ms; /* 0: nothing is steered */
-    int shrink;     /* a picture takes the time of one whose sides are the screen's by this, [1, APP_PACE_SHRINK_MAX] */
+    int shrink;     /* a picture takes the time of one whose sides are the screen's by this, [1, VIT_PACE_SHRINK_MAX] */
     int slow, fast; /* frames in a row that took too long, or that would have fitted one size larger */
 };
 /* Where to begin, after a picture of 1/probe_shrink of each side took probe_ms: time goes with the pixels. */

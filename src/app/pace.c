@@ -11,7 +11,7 @@
 
 static int clamp_shrink(double shrink)
 {
-    return (int)fmax(1, fmin(APP_PACE_SHRINK_MAX, shrink));
+    return (int)fmax(1, fmin(VIT_PACE_SHRINK_MAX, shrink));
 }
 
 struct app_pace app_pace_make(double budget_ms, double probe_ms, int probe_shrink)
@@ -38,17 +38,13 @@ void app_pace_take(struct app_pace *pace, double frame_ms)
     }
 }
 
-/* A sketch of a picture in full size takes about as long as a picture of half the sides, and looks far better: refined
- * where neighbours differ by 0.2, or (odd) nowhere, which takes that of a third. Measured on the cranium's bone, 800 x
- * 800: 219 ms in full, 64 at half the sides, 45 and 32 sketched. */
 struct vit_view app_pace_view(struct app_scene *scene, const struct vit_view *view, int shrink)
 {
     struct vit_view smaller = *view;
-    bool sketch = shrink > 1 && scene->preset->technique == VIT_TECHNIQUE_COMPOSITE;
-    int by = sketch ? shrink / 2 : shrink;
-    scene->sketch = sketch ? 4 : 0;
-    scene->flat = shrink % 2 ? 1 : fmax(0.2, scene->preset->sampling.flat);
-    smaller.width_px = (view->width_px + by - 1) / by;
-    smaller.height_px = (view->height_px + by - 1) / by;
+    struct vit_pace_way way = vit_plan_pace(shrink, scene->preset->technique, scene->preset->sampling.flat);
+    scene->sketch = way.sketch;
+    scene->flat = way.flat;
+    smaller.width_px = (view->width_px + way.by - 1) / way.by;
+    smaller.height_px = (view->height_px + way.by - 1) / way.by;
     return smaller;
 }

@@ -61,6 +61,8 @@ bool report_stage_plan(struct report_stage *stage, const struct report_setting *
                                        .view = stage->view,
                                        .caps = stage->caps,
                                        .path = setting->path ? setting->path : VIT_PATH_3D,
+                                       .sketch = setting->sketch,
+                                       .flat = setting->flat,
                                        .keep = stage->keep,
                                        .keep_count = stage->keep_count};
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(setting->limits) && setting->limits[i]; i++)

@@ -134,6 +134,8 @@ struct report_setting {
     const char *limits[2]; /* of the driver, to be lowered: NAME=VALUE; NULL: none */
     enum vit_path path;    /* 0: 3D */
     enum vit_line line;    /* 0: the preset's */
+    int sketch;            /* 0: the preset's, with flat */
+    double flat;
 };
 struct report_setting report_setting_make(enum vit_classify classify, enum vit_filter filter, int bits,
                                           double slices_per_voxel);
@@ -237,6 +239,20 @@ struct report_lights {
 VIT_NODISCARD bool report_lights_measure(const struct report_stage *scene, struct report_lights *lights);
 void report_lights_plot(struct report *report, const struct report_lights *lights);
 void report_lights_write(const struct report_lights *lights, struct report_page *page);
+
+/* scene_moving.c: what pictures cost in error that are drawn quicker while the view moves. */
+#define REPORT_MOVING_MOST 8
+struct report_moving {
+    struct report_moving_way {
+        int shrink, width_px, height_px, sketch;
+        double flat, ms, rms, max;
+    } ways[REPORT_MOVING_MOST];
+    size_t count;
+    char verdict[300];
+};
+/* Of a stage that has its truth; budget_ms: for the verdict. */
+VIT_NODISCARD bool report_moving_measure(struct report_stage *stage, double budget_ms, struct report_moving *moving);
+void report_moving_write(const struct report_moving *moving, FILE *out);
 
 /* ---- page.c --------------------------------------------------------------------------------------------------- */
 

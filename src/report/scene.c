@@ -43,6 +43,7 @@ struct scene {
     size_t line_count;
     struct report_floors floors;
     struct report_lights lights;
+    struct report_moving moving;
     char answers[2][512];
 };
 
@@ -242,11 +243,16 @@ static size_t points_of(const struct scene *scene, struct report_point *points)
     return scene->candidate_count;
 }
 
+static double budget_of(const struct scene *scene)
+{
+    return scene->given->budget_ms > 0 ? scene->given->budget_ms : BUDGET_MS;
+}
+
 static void answer(struct scene *scene)
 {
     struct report_point points[CANDIDATES_MOST];
     size_t count = points_of(scene, points);
-    double budget = scene->given->budget_ms > 0 ? scene->given->budget_ms : BUDGET_MS;
+    double budget = budget_of(scene);
     double bound = scene->given->max_error > 0 ? scene->given->max_error : MAX_ERROR;
     size_t error = report_least_error(points, count, budget), time = report_least_time(points, count, bound);
     size_t fastest = report_least_time(points, count, INFINITY), best = report_least_error(points, count, INFINITY);
@@ -371,6 +377,7 @@ static void write_page(struct scene *scene)
     put_front(scene, out);
     fputs("</div>\n", out);
     report_page_figure(&page, "error-time.svg", NULL);
+    report_moving_write(&scene->moving, out);
     report_lights_write(&scene->lights, &page);
     report_floors_write(&scene->floors, out);
     report_page_end(&page);
@@ -392,12 +399,15 @@ static bool scene_run(struct scene *scene)
                                          .enough_ms = ENOUGH_MS};
     choose_rates(scene);
     if (!measure_reference(scene) || !measure_settings(scene) || !measure_again(scene) || !draw_pictures(scene) ||
+        !report_moving_measure(&scene->stage, budget_of(scene), &scene->moving) ||
         !report_lights_measure(&scene->stage, &scene->lights) || !report_floors_measure(&scene->stage, &scene->floors))
         return false;
     answer(scene);
     if (given->say)
         fprintf(given->say, "RMS error over that of ideal slabs, %d views: at most %.3f, post-classified %.3f\n%s\n",
                 REPORT_FLOOR_VIEWS, scene->floors.worst, scene->floors.post_worst, scene->floors.verdict);
+    if (given->say)
+        fprintf(given->say, "%s\n", scene->moving.verdict);
     if (given->say && *scene->lights.verdict)
         fprintf(given->say, "%s\n", scene->lights.verdict);
     report_write_rows(&scene->report);

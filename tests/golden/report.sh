@@ -19,9 +19,11 @@ tap_run "report scene" "$VITRINE" report scene $scene -o "$d/scene" --max-error 
 cp "$tap_out" "$d/answers"
 good "scene" "$d/scene"
 for way in reference 'slab 16-bit linear 0.5' 'post 8-bit nearest 8' 'pre 16-bit linear 4' 'slab 16-bit linear RGBA16F 2' \
-    'slab 16-bit linear RGBA8 1' 'ideal slabs 8' 'a table in half floats'; do
+    'slab 16-bit linear RGBA8 1' 'ideal slabs 8' 'a table in half floats' \
+    'moving as 1/1 of the sides' 'moving as 1/3 of the sides' 'moving as 1/8 of the sides'; do
     check "scene: a row for $way" grep -q ",$way," "$d/scene/rows.csv"
 done
+check "scene: what a moving picture costs within the budget" grep -q '^moving, .* 20 ms: as 1/[1-8] of the sides, .* RMS error' "$d/answers"
 # rms A B: of RGB, whole picture, worked out here and not by vitrine.
 floats() { tail -c $((24 * 24 * 16)) "$1" | od -An -v -w16 -tf4; }
 rms() {

@@ -21,7 +21,7 @@ static void it_settles_within_the_budget(void **state)
     static const double full_ms[] = {5, 30, 34, 60, 200, 700, 2000};
     const double budget = 33;
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(full_ms); i++)
-        for (int start = 1; start <= APP_PACE_SHRINK_MAX; start++) {
+        for (int start = 1; start <= VIT_PACE_SHRINK_MAX; start++) {
             struct app_pace pace = {.budget_ms = budget, .shrink = start};
             for (int frame = 0; frame < 100; frame++)
                 app_pace_take(&pace, machine_ms(full_ms[i], &pace));
@@ -73,7 +73,7 @@ static void a_probe_says_where_to_begin(void **state)
     assert_int_equal(app_pace_make(33, 1, 4).shrink, 1);
     assert_int_equal(app_pace_make(33, 33, 4).shrink, 4);
     assert_int_equal(app_pace_make(33, 66, 4).shrink, 6);
-    assert_int_equal(app_pace_make(33, 1e9, 4).shrink, APP_PACE_SHRINK_MAX);
+    assert_int_equal(app_pace_make(33, 1e9, 4).shrink, VIT_PACE_SHRINK_MAX);
     /* No budget: nothing is steered. */
     struct app_pace none = app_pace_make(0, 100, 1);
     for (int frame = 0; frame < 100; frame++)
