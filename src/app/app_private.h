@@ -111,8 +111,8 @@ struct app_drawer {
 VIT_NODISCARD bool app_drawer_open(struct app_drawer *drawer, struct app_scene *scene);
 /* Draws scene->plan and waits until it is drawn. */
 VIT_NODISCARD bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct app *app);
-/* Goes on with the stacks that a frame loop will need, for a few milliseconds. */
-VIT_NODISCARD bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene);
+/* Goes on with what a frame loop makes beside its frames, stacks and light, for about `ms`. */
+VIT_NODISCARD bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene, double ms);
 /* Whether there is anything to go on with. */
 bool app_drawer_is_advancing(const struct app_drawer *drawer, const struct app_scene *scene);
 /* The last frame, initialised by this call. */
@@ -160,7 +160,8 @@ VIT_NODISCARD bool app_cost_measure(struct app_cost *cost, struct app_scene *sce
 /* ---- savings.c: what the rules of a plan save in time -------------------------------------------------------------
  */
 
-/* Fills in what is known of it from earlier measurements on this GL, of plans of this kind; kept beside the programs. */
+/* Fills in what is known of it from earlier measurements on this GL, of plans of this kind; kept beside the programs.
+ */
 void app_savings_recall(struct app_scene *scene);
 /* Draws the planned view with each rule that did anything switched on and off, in turn, keeps what that costs and fills
  * it in. False (logged): drawing failed. */

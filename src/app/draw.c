@@ -5,9 +5,6 @@
 
 #include <string.h>
 
-/* Of the time between two frames, for sending a stack that is being made. */
-#define ADVANCE_MS 3.0
-
 const char *app_drawer_name(const struct app_scene *scene)
 {
     return scene->gl ? scene->caps.renderer : "reference (CPU, double precision)";
@@ -48,9 +45,9 @@ bool app_drawer_draw(struct app_drawer *drawer, struct app_scene *scene, struct 
     return true;
 }
 
-bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene)
+bool app_drawer_advance(struct app_drawer *drawer, struct app_scene *scene, double ms)
 {
-    bool good = !drawer->renderer || vit_renderer_advance(drawer->renderer, &scene->plan, ADVANCE_MS);
+    bool good = !drawer->renderer || vit_renderer_advance(drawer->renderer, &scene->plan, ms);
     if (drawer->renderer)
         scene->stacks_there = vit_renderer_stacks_there(drawer->renderer, &scene->plan);
     return good;

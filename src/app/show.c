@@ -23,6 +23,9 @@
 #define REOPEN_RETRY_MS 1000
 #define SHRINK_PROBE    4
 #define ADVANCE_MS      4 /* between looks at a stack that is being made */
+/* Of the time between two frames, for what is made beside them: while the view moves, and at rest. */
+#define ADVANCE_MOVING_MS 3.0
+#define ADVANCE_REST_MS   12.0
 
 struct show {
     struct app *app;
@@ -41,7 +44,8 @@ struct show {
     int preset;         /* number of the key; 0: the command line's */
     bool dirty;         /* the screen does not show this view */
     bool rough;         /* it shows it, but not in full */
-    bool makeshift;     /* nor from the right stacks: they are being made */
+    bool makeshift;     /* nor from the right stacks, or with all its light: they are being made */
+    uint64_t preset_ns; /* when it was asked for */
     uint64_t moved_ns;  /* when the view last changed */
     uint64_t turned_ns; /* when it last turned by itself */
     uint64_t turn_began_ns;
@@ -80,8 +84,8 @@ static bool present(struct show *show)
     return true;
 }
 
-/* Programs and the picture's buffers for `view` at this size, and textures, but for stacks that only this view needs;
- * draws nothing. */
+/* Programs and the picture's buffers for `view` at this size, and textures, but for stacks that only this view needs,
+ * and light that may come later; draws nothing. */
 static bool prepare(struct show *show, const struct vit_view *at, int shrink)
 {
     struct vit_view view = app_pace_view(&show->scene, at, shrink);
@@ -90,40 +94,70 @@ static bool prepare(struct show *show, const struct vit_view *at, int shrink)
     if (show->status != VIT_EXIT_DONE)
         return false;
     show->status = VIT_EXIT_DISPLAY;
-    if (show->scene.plan.path == VIT_PATH_STACKS)
+    if (show->scene.plan.path == VIT_PATH_STACKS || show->scene.later)
         return vit_renderer_reserve(show->drawer.renderer, &show->scene.plan);
     return vit_renderer_prepare(show->drawer.renderer, &show->scene.plan, &show->app->progress);
 }
 
-/* Goes on with the stacks that will be needed. One more of them may make another picture. Where one cannot be made
- * beside the frames (memory, no thread) pictures wait for theirs from now on, until the next preset. */
-static void advance(struct show *show)
+static bool light_waits(const struct show *show)
+{
+    return vit_renderer_stats(show->drawer.renderer).light_waits;
+}
+
+/* Goes on with what is made beside the frames: stacks that will be needed, one more of which may make another picture,
+ * and light. Where a stack cannot be made so (memory, no thread) pictures wait for theirs from now on, until the next
+ * preset. */
+static void advance(struct show *show, bool moving)
 {
     unsigned before = show->scene.stacks_there;
-    if (!app_drawer_advance(&show->drawer, &show->scene)) {
-        vit_warn(&show->app->log, "show: pictures wait for their stacks from now on");
-        show->scene.beside = false;
+    bool waited = light_waits(show);
+    if (!app_drawer_advance(&show->drawer, &show->scene, moving ? ADVANCE_MOVING_MS : ADVANCE_REST_MS)) {
+        vit_warn(&show->app->log, "show: pictures wait for what they need from now on");
+        show->scene.beside = show->scene.later = false;
         show->dirty = true;
     }
     show->dirty = show->dirty || (show->scene.plan.makeshift && show->scene.stacks_there != before);
+    if (!waited || light_waits(show))
+        return;
+    vit_debug(&show->app->log, "show: all light is there %.0f ms after the preset was asked for",
+              app_ms_since(show->preset_ns));
+    show->dirty = true;
+}
+
+/* A first picture of another preset: a small one, and with the light that is there. */
+static bool draw_soon(struct show *show)
+{
+    bool free = vit_display_is_ready(show->display) && vit_seat_is_active(show->seat);
+    if (!draw(show, SHRINK_PROBE))
+        return false;
+    if (!free || show->scene.plan.waits || !present(show))
+        return show->status == VIT_EXIT_DONE;
+    vit_debug(&show->app->log, "show: %s: first picture after %.0f ms, its light %s", show->scene.preset->name,
+              app_ms_since(show->preset_ns), light_waits(show) ? "follows" : "was there");
+    return true;
 }
 
 /* Everything that a frame of this preset can need, before the loop: textures, programs, and both sizes of picture, from
  * a corner of the volume, where the slabs are most. A small picture, drawn twice because drivers finish their compiling
- * at the first, says how much smaller a moving one has to be: time goes with the pixels. */
-static bool warm_up(struct show *show)
+ * at the first, says how much smaller a moving one has to be: time goes with the pixels. `later`: somebody looks on,
+ * and light may follow. */
+static bool warm_up(struct show *show, bool later)
 {
     struct vit_view corner = show->view;
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
     show->scene.moving = false; /* the light is this preset's, not the last one's */
     show->scene.beside = false; /* the first picture needs its stack at once */
+    show->scene.later = false;
     show->status = VIT_EXIT_DISPLAY;
     if (!app_quality_choose(&show->scene, &show->drawer, show->app, &show->view))
         return false;
-    for (int i = 0; i < 2; i++)
-        if (!draw(show, SHRINK_PROBE))
-            return false;
+    show->scene.later = later;
+    if (later ? !draw_soon(show) : !draw(show, SHRINK_PROBE))
+        return false;
+    show->scene.shown = 0;
+    if (!draw(show, SHRINK_PROBE))
+        return false;
     double probe_ms = show->drawer.stats.frame_ms;
     double budget_ms = show->app->settings->budget_ms;
     show->pace = app_pace_make(budget_ms > 0 ? budget_ms : MOVING_MS, probe_ms, SHRINK_PROBE);
@@ -131,8 +165,8 @@ static bool warm_up(struct show *show)
         return false;
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
               probe_ms, show->pace.shrink);
-    show->scene.beside = true;
-    advance(show);
+    show->scene.beside = show->scene.later = true;
+    advance(show, true);
     show->dirty = true;
     show->moved_ns = 0;
     show->status = VIT_EXIT_DONE;
@@ -158,7 +192,7 @@ static bool frame(struct show *show)
     }
     bool moving = is_moving(show, now);
     if (show->scene.beside)
-        advance(show);
+        advance(show, moving);
     if (!show->dirty && (!show->rough || moving))
         return true;
     int shrink = moving ? show->pace.shrink : 1;
@@ -166,9 +200,10 @@ static bool frame(struct show *show)
     show->scene.moving = moving;
     if (!draw(show, shrink))
         return false;
-    show->makeshift = show->scene.plan.makeshift;
+    const struct vit_plan *plan = &show->scene.plan;
+    show->makeshift = plan->makeshift || light_waits(show);
     /* A makeshift that nothing is made for beside the loop is made good when the view rests. */
-    show->rough = shrink > 1 || show->scene.plan.light.stays || (show->makeshift && show->scene.plan.soon_count == 0);
+    show->rough = shrink > 1 || plan->light.stays || (plan->makeshift && plan->soon_count == 0);
     if (show->scene.plan.waits)
         return true;
     if (moving)
@@ -199,8 +234,9 @@ static void turn(struct show *show, double azimuth, double elevation)
 }
 
 /* The number-th built-in preset; anything that goes wrong keeps what is there. */
-static bool take_preset(struct show *show, int number)
+static bool take_preset(struct show *show, int number, bool later)
 {
+    show->preset_ns = vit_clock_ns();
     const struct vit_preset_builtin *builtin = vit_presets_builtin;
     for (int i = 1; i < number && builtin->name; i++)
         builtin++;
@@ -210,7 +246,7 @@ static bool take_preset(struct show *show, int number)
     vit_preset_destroy(&show->scene.preset);
     show->scene.preset = preset;
     show->preset = number;
-    return warm_up(show);
+    return warm_up(show, later);
 }
 
 /* Turning by itself on or off; afterwards what it was like, for whoever measures. */
@@ -254,7 +290,7 @@ static bool act(struct show *show, const struct vit_input_event *event)
     case VIT_ACTION_VIEW:
         return vit_view_parse_direction(&show->view, vit_input_views[event->number]);
     case VIT_ACTION_PRESET:
-        return take_preset(show, event->number);
+        return take_preset(show, event->number, true);
     case VIT_ACTION_AUTOROTATE:
         toggle_turning(show);
         return true;
@@ -402,7 +438,7 @@ static enum vit_exit open_all(struct show *show)
     show->unplugged = show->turned = false;
     show->said_flips = 0;
     show->status = VIT_EXIT_DONE;
-    bool good = show->preset ? take_preset(show, show->preset) : warm_up(show);
+    bool good = show->preset ? take_preset(show, show->preset, false) : warm_up(show, false);
     return good ? VIT_EXIT_DONE : show->status;
 }
 

@@ -157,15 +157,17 @@ static bool send_table(struct vit_gl *gl, struct vit_light3d *light, const struc
 
 /* Textures of another format, size or number of directions are made anew; the table of directions of grey lights has
  * another format than that of coloured ones. */
-static uint64_t shape_of(const struct vit_plan *plan, const struct vit_shade *shade)
+static uint64_t shape_of(const struct vit_plan *plan)
 {
     const unsigned light = VIT_FEATURE(LIGHT_INDEX) | VIT_FEATURE(LIGHT_COLOR) | VIT_FEATURE(LIGHT_SHINE) |
                            VIT_FEATURE(LIGHT_WEIGHT) | VIT_FEATURE(LIGHT_FACTOR) | VIT_FEATURE(LIGHT_SMOOTH);
+    const struct vit_light_model *model = &plan->light.model;
+    const int grey = vit_lighting_is_grey(&model->lighting);
     unsigned features = plan->features & light;
-    size_t directions = vit_sphere_count(shade->sphere);
     uint64_t hash = vit_hash_bytes(VIT_HASH_START, &features, sizeof features);
-    hash = vit_hash_bytes(hash, &directions, sizeof directions);
-    return vit_hash_bytes(hash, &shade->grey, sizeof shade->grey);
+    hash = vit_hash_bytes(hash, &model->sphere, sizeof model->sphere);
+    hash = vit_hash_bytes(hash, &model->subdivision, sizeof model->subdivision);
+    return vit_hash_bytes(hash, &grey, sizeof grey);
 }
 
 static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
@@ -185,23 +187,32 @@ static bool fill(struct vit_gl *gl, struct vit_light3d *light, const struct vit_
     return !light->second || send_rows(gl, light, &rows, &colors, shine_row, progress);
 }
 
+bool vit_light3d_allocate(struct vit_gl *gl, struct vit_light3d *light, const struct vit_plan *plan)
+{
+    const uint64_t shape = shape_of(plan);
+    const bool index = has(plan, VIT_FEATURE(LIGHT_INDEX)), second = !index && has(plan, VIT_FEATURE(LIGHT_COLOR));
+    const bool linear = !index && plan->filter == VIT_FILTER_LINEAR;
+    if (light->texture && light->shape != shape)
+        vit_light3d_clear(light);
+    if (!light->texture && (!make_volume(gl, &light->texture, format_of(plan).internal_format, linear, plan) ||
+                            (second && !make_volume(gl, &light->second, GL_RGBA8, linear, plan)))) {
+        vit_light3d_clear(light);
+        return false;
+    }
+    light->shape = shape;
+    light->bytes = plan->light.bytes;
+    return true;
+}
+
 bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
                          const struct vit_plan *plan, const struct vit_progress *progress)
 {
     if (!has(plan, VIT_FEATURE(LIGHT)))
         return true;
-    uint64_t shape = shape_of(plan, shade);
-    bool index = has(plan, VIT_FEATURE(LIGHT_INDEX));
-    bool second = !index && has(plan, VIT_FEATURE(LIGHT_COLOR));
-    bool linear = !index && plan->filter == VIT_FILTER_LINEAR;
+    bool index = has(plan, VIT_FEATURE(LIGHT_INDEX)), linear = !index && plan->filter == VIT_FILTER_LINEAR;
     const struct format format = format_of(plan);
-    if (light->texture && light->shape != shape)
-        vit_light3d_clear(light);
-    if (!light->texture && (!make_volume(gl, &light->texture, format.internal_format, linear, plan) ||
-                            (second && !make_volume(gl, &light->second, GL_RGBA8, linear, plan))))
-        goto fail;
-    light->shape = shape;
-    light->bytes = plan->light.bytes;
+    if (!vit_light3d_allocate(gl, light, plan))
+        return false;
     for (int i = 0; i < 2 && !index; i++) {
         glBindTexture(GL_TEXTURE_3D, i ? light->second : light->texture);
         vit_texture_filter(GL_TEXTURE_3D, linear);

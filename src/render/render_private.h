@@ -2,10 +2,22 @@
 #ifndef VITRINE_RENDER_PRIVATE_H
 #define VITRINE_RENDER_PRIVATE_H
 
+#include <pthread.h>
+
 #include "vitrine/proxy.h"
 #include "vitrine/render.h"
 
 #include "es2_only.h"
+
+/* aside.c: between begin and end the work is done by another thread, or where there is none by end. */
+struct vit_aside {
+    bool (*work)(void *user);
+    void *user;
+    pthread_t thread;
+    bool is_aside, good;
+};
+void vit_aside_begin(struct vit_aside *aside, bool (*work)(void *user), void *user);
+VIT_NODISCARD bool vit_aside_end(struct vit_aside *aside); /* what the work returned */
 
 /* texels.c: voxels to texels, a line at a time; one entry for every raw value that occurs. */
 struct vit_texel_format {
@@ -133,6 +145,8 @@ struct vit_light3d {
     uint64_t bytes;
     struct vit_staging staging; /* for textures and tables that change with the view */
 };
+/* The textures, whatever is in them; prepare() does it too. */
+VIT_NODISCARD bool vit_light3d_allocate(struct vit_gl *gl, struct vit_light3d *light, const struct vit_plan *plan);
 VIT_NODISCARD bool vit_light3d_prepare(struct vit_gl *gl, struct vit_light3d *light, const struct vit_shade *shade,
                                        const struct vit_plan *plan, const struct vit_progress *progress);
 void vit_light3d_clear(struct vit_light3d *light);
@@ -327,7 +341,11 @@ struct vit_table {
     GLuint texture;
     uint64_t made_from;
     uint64_t bytes;
+    float *ready; /* what vit_table_fill() made; NULL: nothing */
+    uint64_t ready_from;
 };
+/* Touches no GL: the next prepare finds it done. */
+void vit_table_fill(struct vit_table *table, const struct vit_plan *plan);
 VIT_NODISCARD bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan);
 void vit_table_clear(struct vit_table *table);
 

@@ -178,16 +178,58 @@ static void part_end(struct vit_renderer *renderer, enum vit_part part, uint64_t
     *start = now;
 }
 
+/* Work for vit_aside_begin(). */
+struct work {
+    struct vit_renderer *renderer;
+    const struct vit_plan *plan;
+    const struct vit_progress *progress;
+};
+
+static bool make_shade(void *user)
+{
+    const struct work *work = user;
+    struct vit_renderer *renderer = work->renderer;
+    return vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, work->plan, work->progress);
+}
+
+static bool make_table(void *user)
+{
+    const struct work *work = user;
+    vit_table_fill(&work->renderer->table, work->plan);
+    return true;
+}
+
+/* The first time beside the textures that its light will be in. */
 static bool prepare_shade(struct vit_renderer *renderer, const struct vit_plan *plan,
                           const struct vit_progress *progress, uint64_t *start)
 {
     double *ms = renderer->stats.part_ms;
-    const bool made = vit_shade_prepare(renderer->gl, &renderer->shade, renderer->volume, plan, progress);
+    struct work work = {renderer, plan, progress};
+    bool allocates = plan->path == VIT_PATH_3D && plan->features & VIT_FEATURE(LIGHT) && !renderer->light3d.texture;
+    struct vit_aside aside;
+    if (allocates)
+        vit_aside_begin(&aside, make_shade, &work);
+    bool allocated = !allocates || vit_light3d_allocate(renderer->gl, &renderer->light3d, plan);
+    bool made = (allocates ? vit_aside_end(&aside) : make_shade(&work)) && allocated;
     part_end(renderer, VIT_PART_LIGHT, start);
     ms[VIT_PART_VOXELS] = renderer->shade.voxels_ms;
     ms[VIT_PART_DIRECTIONS] = renderer->shade.directions_ms;
-    ms[VIT_PART_LIGHT] -= ms[VIT_PART_VOXELS] + ms[VIT_PART_DIRECTIONS];
+    ms[VIT_PART_LIGHT] = fmax(0, ms[VIT_PART_LIGHT] - ms[VIT_PART_VOXELS] - ms[VIT_PART_DIRECTIONS]);
     return made;
+}
+
+/* The first time the table is made beside them. */
+static bool prepare_texels(struct vit_renderer *renderer, const struct vit_plan *plan,
+                           const struct vit_progress *progress)
+{
+    struct work work = {renderer, plan, progress};
+    struct vit_aside aside;
+    const bool allocates = !renderer->texture3d.texture;
+    if (allocates)
+        vit_aside_begin(&aside, make_table, &work);
+    bool good =
+        vit_texture3d_prepare(renderer->gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress);
+    return (!allocates || vit_aside_end(&aside)) && good;
 }
 
 /* The path that is not taken keeps nothing. */
@@ -214,7 +256,7 @@ static bool prepare_volume(struct vit_renderer *renderer, const struct vit_plan 
     part_end(renderer, VIT_PART_LIGHT, &start);
     if (plan->light.forgets && !plan->light.in_texels)
         vit_shade_clear(&renderer->shade);
-    bool good = vit_texture3d_prepare(gl, &renderer->texture3d, renderer->volume, &renderer->shade, plan, progress);
+    bool good = prepare_texels(renderer, plan, progress);
     if (plan->light.forgets)
         vit_shade_clear(&renderer->shade);
     part_end(renderer, VIT_PART_TEXELS, &start);

@@ -81,6 +81,41 @@ static bool send(struct vit_gl *gl, const struct vit_plan *plan, float *rgba)
     return vit_gl_check(gl, "look-up table");
 }
 
+static size_t entries_of(const struct vit_plan *plan)
+{
+    return (size_t)plan->axis.entries * (size_t)plan->table_rows;
+}
+
+void vit_table_fill(struct vit_table *table, const struct vit_plan *plan)
+{
+    const uint64_t hash = hash_table(plan);
+    if (plan->axis.entries == 0 || (table->texture && table->made_from == hash))
+        return;
+    if (!table->ready)
+        table->ready = vit_alloc(entries_of(plan), 4 * sizeof *table->ready);
+    if (!table->ready)
+        return; /* prepare says so */
+    vit_plan_table_fill(plan, table->ready);
+    table->ready_from = hash;
+}
+
+/* The caller's. NULL: out of memory (logged). */
+static float *take_ready(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan, uint64_t hash)
+{
+    float *rgba = table->ready_from == hash ? table->ready : NULL;
+    if (!rgba) {
+        vit_free(table->ready);
+        rgba = vit_alloc(entries_of(plan), 4 * sizeof *rgba);
+        if (rgba)
+            vit_plan_table_fill(plan, rgba);
+        else
+            vit_error(vit_gl_log(gl), "out of memory for a table of %d x %d", plan->axis.entries, plan->table_rows);
+    }
+    table->ready = NULL;
+    table->ready_from = 0;
+    return rgba;
+}
+
 bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct vit_plan *plan)
 {
     if (plan->axis.entries == 0)
@@ -88,14 +123,11 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
     uint64_t hash = hash_table(plan);
     if (table->texture && table->made_from == hash)
         return true;
-    vit_table_clear(table);
     GLsizei width = plan->axis.entries, height = plan->table_rows;
-    float *rgba = vit_alloc((size_t)width * (size_t)height, 4 * sizeof *rgba);
-    if (!rgba) {
-        vit_error(vit_gl_log(gl), "out of memory for a table of %d x %d", width, height);
+    float *rgba = take_ready(gl, table, plan, hash);
+    vit_table_clear(table);
+    if (!rgba)
         return false;
-    }
-    vit_plan_table_fill(plan, rgba);
     bool good = vit_gl_texture_create(gl, &table->texture, internal_format(plan), width,
                                       plan->table_split ? 2 * height : height, "look-up table") &&
                 send(gl, plan, rgba);
@@ -116,5 +148,6 @@ bool vit_table_prepare(struct vit_gl *gl, struct vit_table *table, const struct 
 void vit_table_clear(struct vit_table *table)
 {
     glDeleteTextures(1, &table->texture);
+    vit_free(table->ready);
     *table = (struct vit_table){0};
 }
