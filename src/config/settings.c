@@ -122,12 +122,23 @@ static bool take_value(const struct vit_option *option, const char *value, struc
 
 /* ---- options ---------------------------------------------------------------------------------------------------- */
 
-static const struct vit_option *option_long(const char *name, size_t length)
+static bool goes_with(const struct vit_option *option, const struct vit_command_row *row)
 {
-    for (const struct vit_option *option = vit_options; option->name; option++)
-        if (strlen(option->name) == length && memcmp(option->name, name, length) == 0)
+    return option->commands & (1u << row->command);
+}
+
+/* The option of the command at hand, else another's of that name, so that it can be said whose it is. */
+static const struct vit_option *option_long(const struct vit_command_row *row, const char *name, size_t length)
+{
+    const struct vit_option *found = NULL;
+    for (const struct vit_option *option = vit_options; option->name; option++) {
+        bool named = strlen(option->name) == length && memcmp(option->name, name, length) == 0;
+        if (named && goes_with(option, row))
             return option;
-    return NULL;
+        if (named)
+            found = option;
+    }
+    return found;
 }
 
 static const struct vit_option *option_short(char letter)
@@ -136,11 +147,6 @@ static const struct vit_option *option_short(char letter)
         if (option->letter && option->letter == letter)
             return option;
     return NULL;
-}
-
-static bool goes_with(const struct vit_option *option, const struct vit_command_row *row)
-{
-    return option->commands & (1u << row->command);
 }
 
 static bool refuse_unknown(const struct parsing *p, const char *text)
@@ -161,7 +167,7 @@ static bool refuse_command(const struct parsing *p, const struct vit_option *opt
 {
     char with[200] = "";
     for (const struct vit_command_row *row = vit_commands; row->name; row++)
-        if (goes_with(option, row))
+        if (goes_with(option_long(row, option->name, strlen(option->name)), row))
             vit_text_append(with, sizeof with, "%s%s", with[0] ? ", " : "", row->name);
     vit_error(p->log, "option --%s does not go with `vitrine %s`; it goes with: %s", option->name, p->row->name, with);
     return false;
@@ -241,7 +247,7 @@ static bool take_arguments(struct parsing *p)
         if (options && strncmp(text, "--", 2) == 0) {
             const char *equals = strchr(text, '=');
             size_t length = equals ? (size_t)(equals - text) - 2 : strlen(text) - 2;
-            const struct vit_option *option = option_long(text + 2, length);
+            const struct vit_option *option = option_long(p->row, text + 2, length);
             good = option ? take_option(p, option, equals ? equals + 1 : NULL) : refuse_unknown(p, text);
         } else if (options && text[0] == '-' && text[1]) {
             good = take_letters(p, text);

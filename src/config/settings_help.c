@@ -1,6 +1,8 @@
 /* --help: written from the tables that the parser obeys. */
 #include "settings_private.h"
 
+#include "vitrine/optics.h"
+
 #include <string.h>
 
 #define WIDTH 100
@@ -92,6 +94,11 @@ static void command_help(const struct vit_command_row *row, FILE *out)
             fprintf(out, "  %s\n", preset->name);
         fputs("\nKeys of a preset, in its file or with --set KEY=VALUE:\n", out);
         vit_preset_keys_print(out);
+    }
+    if (row->command == VIT_COMMAND_REPORT) {
+        fputs("\nMethods for the light of a ray segment (rays):\n", out);
+        for (const struct vit_method *method = vit_methods; method->name; method++)
+            fprintf(out, "  %-22s %s\n", method->name, method->help);
     }
     fputs("\nExamples:\n", out);
     for (const char *const *example = row->examples; *example; example++)

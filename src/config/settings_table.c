@@ -100,7 +100,9 @@ const struct vit_option vit_options[] = {
     TEXT("preset", 'p', "NAME|FILE", preset, "bone", SCENE, G_PICTURE,
          "how it looks: a name from `vitrine presets list`, or a path with a slash or ending in .yaml")
     LIST("set", "KEY=VALUE", set, SCENE, G_PICTURE, "change one key of the preset; `vitrine presets --help` lists the keys; repeatable")
-    WORD("path", path, path, "auto", SCENE, G_PICTURE, "what draws: 3D texture, stacks of 2D textures, or the double-precision reference")
+    WORD("path", path, path, "auto", BIT(SNAPSHOT) | BIT(BENCH) | BIT(PLAN), G_PICTURE,
+         "what draws: 3D texture, stacks of 2D textures, or the double-precision reference")
+    WORD("path", path, path_on_screen, "auto", BIT(SHOW), G_PICTURE, "what draws: 3D texture, or stacks of 2D textures")
     LIST("keep", "RULE", keep, SCENE, G_PICTURE, "switch off a rule by which the plan leaves things out; repeatable")
     RANGE("budget-ms", NUMBER, "MS", "ms", budget_ms, 0, 1e6, "0", SCENE, G_PICTURE, "time for a frame that the plan should keep to; 0: none")
     RANGE("max-error", NUMBER, "E", "of full scale", max_error, 0, 1, "0", SCENE, G_PICTURE,

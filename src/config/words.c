@@ -98,6 +98,7 @@ const struct vit_words vit_words_classify = {classify_name, VIT_CLASSIFY_COUNT};
 const struct vit_words vit_words_line = {line_name, VIT_LINE_COUNT};
 const struct vit_words vit_words_bits = {bits_name, 17};
 const struct vit_words vit_words_path = {path_name, VIT_PATH_COUNT};
+const struct vit_words vit_words_path_on_screen = {path_name, VIT_PATH_REFERENCE}; /* those before it */
 const struct vit_words vit_words_projection = {projection_name, VIT_PROJECTION_COUNT};
 const struct vit_words vit_words_command = {command_name, VIT_COMMAND_COUNT};
 

@@ -13,7 +13,7 @@ struct vit_words {
 
 extern const struct vit_words vit_words_technique, vit_words_quantity, vit_words_emission, vit_words_shading,
     vit_words_sphere, vit_words_kernel, vit_words_lookup, vit_words_filter, vit_words_classify, vit_words_line,
-    vit_words_bits, vit_words_path, vit_words_projection, vit_words_command;
+    vit_words_bits, vit_words_path, vit_words_path_on_screen, vit_words_projection, vit_words_command;
 
 /* The name of a value; "unknown" out of range. */
 const char *vit_words_name(const struct vit_words *words, int value);

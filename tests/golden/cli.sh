@@ -113,6 +113,7 @@ refused 4 "show of a card that is not there" show phantom:block --card 63
 refused 2 "show without an input" show
 refused 2 "show by the reference" show phantom:block --path reference
 refused 2 "an unknown report" report nobody -o out
+refused 2 "a report by one path" report scene phantom:block --path reference -o out
 refused 2 "a scene report without a scene" report scene -o out
 refused 3 "a scene report of an absent file" report scene "$d/absent" -o out
 

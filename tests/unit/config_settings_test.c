@@ -209,6 +209,15 @@ static void print_help(FILE *out, const void *command)
     vit_settings_help(*(const enum vit_command *)command, out);
 }
 
+/* Some row of that name goes with the command. */
+static bool goes_with(const char *name, enum vit_command command)
+{
+    bool goes = false;
+    for (const struct vit_option *option = vit_options; option->name; option++)
+        goes |= strcmp(option->name, name) == 0 && (option->commands >> command & 1u) != 0;
+    return goes;
+}
+
 static void test_help_tells_all(void **state)
 {
     (void)state;
@@ -222,6 +231,8 @@ static void test_help_tells_all(void **state)
         char *help = printed(print_help, &command), want[80];
         assert_non_null(strstr(overall, row->summary));
         assert_non_null(strstr(help, "Exit status:"));
+        for (const struct vit_method *method = vit_methods; command == VIT_COMMAND_REPORT && method->name; method++)
+            assert_non_null(strstr(help, method->name));
         assert_non_null(strstr(help, "Examples:\n  vitrine "));
         for (const struct vit_option *option = vit_options; option->name; option++) {
             snprintf(want, sizeof want, " --%s%s%s", option->name, option->argument ? " " : "",
@@ -229,7 +240,7 @@ static void test_help_tells_all(void **state)
             bool told = strstr(help, want) != NULL;
             if (command == VIT_COMMAND_PRESETS && strcmp(option->name, "set") == 0)
                 continue; /* its help lists the keys that other commands' --set takes */
-            if (told != ((option->commands >> command & 1u) != 0))
+            if (told != goes_with(option->name, command))
                 fail_msg("%s --help: --%s is %s", row->name, option->name, told ? "there" : "missing");
         }
         for (const char *line = help; *line; line += strcspn(line, "\n") + 1)
