@@ -418,7 +418,7 @@ struct vit_stretch {
 VIT_NODISCARD bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target *sketch, int px,
                                        int width, int height); /* false: out of memory */
 /* Within the outline. Returns the rows that hold all that is not 0; others may not be written. */
-struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline);
+struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline, bool cubic);
 /* Middles of the cells that are to be drawn again, as points in `points`; returns their count. */
 size_t vit_stretch_mark(struct vit_stretch *stretch, double flat_enough, double near_mm);
 void vit_stretch_clear(struct vit_stretch *stretch);

@@ -53,7 +53,7 @@ bool vit_sketch_stretch(struct vit_gl *gl, struct vit_stretch *stretch, const st
     vit_proxy_slab_outline(&plan->camera, &box, -INFINITY, plan->near_mm, &outline);
     if (!vit_read_pixels(gl, from, stretch->floats))
         return false;
-    struct vit_span rows = vit_stretch_fill(stretch, &outline);
+    struct vit_span rows = vit_stretch_fill(stretch, &outline, plan->flat_enough >= 1);
     glBindFramebuffer(GL_FRAMEBUFFER, into->framebuffer);
     glViewport(0, 0, into->width, into->height);
     glClearColor(0, 0, 0, 0);

@@ -7,7 +7,7 @@
 #include "render_private.h"
 
 /* Rows of the sketch that a row of the picture lies between. */
-#define TAPS 2
+#define TAPS 4
 
 bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target *sketch, int px, int width, int height)
 {
@@ -67,8 +67,8 @@ static void find_spans(struct vit_stretch *stretch, const struct vit_proxy_outli
 
 static const float *sample_at(const struct vit_stretch *stretch, int column, int row)
 {
-    column = column < stretch->columns ? column : stretch->columns - 1;
-    row = row < stretch->rows ? row : stretch->rows - 1;
+    column = column < 0 ? 0 : column < stretch->columns ? column : stretch->columns - 1;
+    row = row < 0 ? 0 : row < stretch->rows ? row : stretch->rows - 1;
     return stretch->floats + ((size_t)row * (size_t)stretch->columns + (size_t)column) * 4;
 }
 
@@ -86,74 +86,107 @@ static struct vit_span shown_columns(const struct vit_stretch *stretch, int row)
     return span;
 }
 
-/* Row of the sketch, stretched, where it shows anything. */
-static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, float *out)
+/* What the pixels before, here, next and after count, `share` of the way from here to the next: of straight lines, or
+ * of Mitchell and Netravali's cubic (1988, B = C = 1/3), which shows no cells. */
+static void weigh(float share, bool cubic, float out[TAPS])
+{
+    const float rest = 1 - share;
+    if (!cubic) {
+        out[0] = out[3] = 0;
+        out[1] = rest;
+        out[2] = share;
+        return;
+    }
+    const float way[2] = {share, rest};
+    for (int i = 0; i < 2; i++) {
+        const float near = way[i], far = 1 + near;
+        out[1 + i] = (16 + near * near * (21 * near - 36)) / 18;
+        out[3 * i] = (32 + far * (-60 + far * (36 - 7 * far))) / 18;
+    }
+}
+
+/* Row of the sketch, stretched, where it shows anything; elsewhere 0. */
+static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, bool cubic, float *restrict out)
 {
     struct vit_span shown = shown_columns(stretch, row), span;
     const int px = stretch->px;
+    memset(out, 0, (size_t)stretch->width * 4 * sizeof *out);
     if (shown.end == 0)
         return (struct vit_span){0, 0};
-    span.first = shown.first > 0 ? (shown.first - 1) * px : 0;
-    span.end = shown.end * px < stretch->width ? shown.end * px : stretch->width;
-    for (int x = span.first; x < span.end; x += px) {
-        const float *a = sample_at(stretch, x / px, row), *b = sample_at(stretch, x / px + 1, row);
-        for (int i = 0; i < px && x + i < span.end; i++) {
-            float share = (float)i / (float)px, rest = 1 - share;
+    span.first = shown.first > 1 ? (shown.first - 2) * px : 0;
+    span.end = (shown.end + 1) * px < stretch->width ? (shown.end + 1) * px : stretch->width;
+    for (int i = 0; i < px; i++) {
+        float part[TAPS];
+        weigh((float)i / (float)px, cubic, part);
+        for (int x = span.first; x + i < span.end; x += px) {
+            const float *a = sample_at(stretch, x / px - 1, row), *b = sample_at(stretch, x / px, row);
+            const float *c = sample_at(stretch, x / px + 1, row), *d = sample_at(stretch, x / px + 2, row);
+            float *to = out + (size_t)(x + i) * 4;
 #pragma omp simd
-            for (int c = 0; c < 4; c++)
-                out[(size_t)(x + i) * 4 + (size_t)c] = a[c] * rest + b[c] * share;
+            for (int k = 0; k < 4; k++)
+                to[k] = a[k] * part[0] + b[k] * part[1] + c[k] * part[2] + d[k] * part[3];
         }
     }
     return span;
 }
 
 /* Rounded to bytes; what shines is more than 1 and ends there. */
-static void mix_rows(const float *restrict a, const float *restrict b, float share, size_t count,
-                     unsigned char *restrict out)
+static void mix_rows(const float *const rows[TAPS], const float part[TAPS], size_t count, unsigned char *restrict out)
 {
-    float of_a = 255 * (1 - share), of_b = 255 * share;
+    const float *restrict a = rows[0], *restrict b = rows[1], *restrict c = rows[2], *restrict d = rows[3];
+    const float of_a = 255 * part[0], of_b = 255 * part[1], of_c = 255 * part[2], of_d = 255 * part[3];
 #pragma omp simd
     for (size_t i = 0; i < count; i++) {
-        float value = a[i] * of_a + b[i] * of_b + 0.5f;
+        float value = a[i] * of_a + b[i] * of_b + c[i] * of_c + d[i] * of_d + 0.5f;
+        value = value > 0 ? value : 0;
         out[i] = (unsigned char)(int)(value < 255.5f ? value : 255.5f);
     }
 }
 
-struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline)
+static struct vit_span join(struct vit_span a, struct vit_span b)
+{
+    if (a.first >= a.end || b.first >= b.end)
+        return a.first >= a.end ? b : a;
+    return (struct vit_span){a.first < b.first ? a.first : b.first, a.end > b.end ? a.end : b.end};
+}
+
+static struct vit_span meet(struct vit_span a, struct vit_span b)
+{
+    struct vit_span both = {a.first > b.first ? a.first : b.first, a.end < b.end ? a.end : b.end};
+    return both.first < both.end ? both : (struct vit_span){0, 0};
+}
+
+struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_proxy_outline *outline, bool cubic)
 {
     const size_t row_floats = (size_t)stretch->width * 4;
-    struct vit_span spans[TAPS] = {{0, 0}, {0, 0}};
-    int made = -1; /* rows of the sketch up to this are stretched */
-    struct vit_span shown = {stretch->height, 0};
+    struct vit_span spans[TAPS] = {{0, 0}}, shown = {stretch->height, 0};
+    int made = -2; /* rows of the sketch up to this are stretched */
     find_spans(stretch, outline);
     for (int y = 0; y < stretch->height; y++) {
         const int row = y / stretch->px;
-        const struct vit_span clip = stretch->spans[y];
-        if (clip.first >= clip.end)
+        if (stretch->spans[y].first >= stretch->spans[y].end)
             continue;
-        for (made = made < row - 1 ? row - 1 : made; made < row + 1; made++) {
-            int next = made + 1;
-            memset(stretch->line + (size_t)(next % TAPS) * row_floats, 0, row_floats * sizeof *stretch->line);
-            spans[next % TAPS] = stretch_row(stretch, next, stretch->line + (size_t)(next % TAPS) * row_floats);
+        for (made = made < row - 2 ? row - 2 : made; made < row + 2; made++) {
+            int place = (made + 1 + TAPS) % TAPS;
+            spans[place] = stretch_row(stretch, made + 1, cubic, stretch->line + (size_t)place * row_floats);
         }
-        struct vit_span a = spans[row % TAPS], b = spans[(row + 1) % TAPS], span = a.end == 0 ? b : a;
-        if (a.end > 0 && b.end > 0)
-            span = (struct vit_span){a.first < b.first ? a.first : b.first, a.end > b.end ? a.end : b.end};
-        span.first = span.first > clip.first ? span.first : clip.first;
-        span.end = span.end < clip.end ? span.end : clip.end;
+        const float *rows[TAPS];
+        float part[TAPS];
+        struct vit_span span = {0, 0};
+        weigh((float)(y % stretch->px) / (float)stretch->px, cubic, part);
+        for (int i = 0; i < TAPS; i++)
+            span = join(span, spans[(row - 1 + i + TAPS) % TAPS]);
+        span = meet(span, stretch->spans[y]);
         unsigned char *out = stretch->bytes + (size_t)y * row_floats;
-        if (span.first >= span.end)
-            span.first = span.end = 0;
         const size_t at = (size_t)span.first * 4, end = (size_t)span.end * 4;
+        for (int i = 0; i < TAPS; i++)
+            rows[i] = stretch->line + (size_t)((row - 1 + i + TAPS) % TAPS) * row_floats + at;
         memset(out, 0, at);
         memset(out + end, 0, row_floats - end);
         if (at == end)
             continue;
-        mix_rows(stretch->line + (size_t)(row % TAPS) * row_floats + at,
-                 stretch->line + (size_t)((row + 1) % TAPS) * row_floats + at,
-                 (float)(y % stretch->px) / (float)stretch->px, end - at, out + at);
-        shown.first = y < shown.first ? y : shown.first;
-        shown.end = y + 1;
+        mix_rows(rows, part, end - at, out + at);
+        shown = join(shown, (struct vit_span){y, y + 1});
     }
     return shown;
 }

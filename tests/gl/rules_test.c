@@ -75,7 +75,7 @@ static const struct rule {
     {"one-view", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, true, true, false},
     {"still", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, false, false, false},
     {"overlay", 0, false, false, 1, 1, 0, 1, VIT_PATH_3D, false, false, false},
-    {"cpu-stretch", 0.5 / 255 + 1e-5, false, true, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
+    {"cpu-stretch", 0.015, true, true, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
 };
 
 static double largest_difference(const struct vit_frame *a, const struct vit_frame *b)
