@@ -90,9 +90,9 @@ void vit_renderer_destroy(struct vit_renderer **renderer);
 VIT_NODISCARD bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *abzp);
 /* A method's shader form on M04's grid (6.2): side×side points, values i/(side - 1) at the back, the rest to 1 at the
  * front, so the luminances along rows; light[(row·side + column)·2]: without and with light 1 from behind. Held against
- * the C form by tests/gl/psi_test.c. False: this GL lacks what it needs (logged). */
-VIT_NODISCARD bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, int side, double length,
-                                            float *light);
+ * the C form by tests/gl/psi_test.c. thin: as below. False: this GL lacks what it needs (logged). */
+VIT_NODISCARD bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, bool thin, int side,
+                                            double length, float *light);
 /* Time of a picture of 256×256 fragments of so many segments [1, 64] each, of lengths up to `length`. thin: the form
  * that is exact for mean depths to 5 only, of exact-attenuation. */
 struct vit_segment_time {

@@ -145,11 +145,12 @@ bool vit_render_segment_grid(struct vit_gl *gl, int side, double depth, float *a
     return ok;
 }
 
-bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, int side, double length, float *light)
+bool vit_render_segment_check(struct vit_gl *gl, const struct vit_method *method, bool thin, int side, double length,
+                              float *light)
 {
     struct segments s;
     float *rgba = vit_alloc((size_t)side * (size_t)side, 4 * sizeof *rgba);
-    if (!rgba || !segments_open_method(gl, &s, side, length, method, false, "VIT_CHECK 1")) {
+    if (!rgba || !segments_open_method(gl, &s, side, length, method, thin, "VIT_CHECK 1")) {
         vit_free(rgba);
         return false;
     }

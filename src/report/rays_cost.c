@@ -84,6 +84,18 @@ static void integrate_attenuation(size_t count, const float *a, const float *b, 
     vit_zeta_psi_array(count, a, b, zeta, psi);
 }
 
+/* Of the light of the first channel that was left in the batch, as the segments are: of attenuation, or of opacity. */
+static void batch_errors(const struct batch *batch, enum vit_quantity quantity, struct report_row *row)
+{
+    struct report_errors errors = {0};
+    for (int i = 0; i < BATCH; i++) {
+        struct vit_ray_segment ray = {
+            (double)batch->back[0][i], (double)batch->front[0][i], (double)batch->a[i], (double)batch->b[i], 1, 0};
+        report_take(&errors, (double)batch->out[0][i], vit_ray_segment_exact(&ray, quantity));
+    }
+    report_fill_errors(row, &errors);
+}
+
 /* Two rows, timed in turn: what else the machine does meets both. */
 static void compare_batches(struct report *report, const char *case_name, struct batch *batch)
 {
@@ -104,6 +116,8 @@ static void compare_batches(struct report *report, const char *case_name, struct
     for (int i = 0; i < 2; i++) {
         struct report_row *row = report_add(report, case_name, rows[i].method);
         report_fill_times(row, ms[i], RUNS);
+        rows[i].work(batch);
+        batch_errors(batch, VIT_QUANTITY_ATTENUATION, row);
         row->fragments = BATCH;
     }
 }
@@ -133,6 +147,7 @@ void report_rays_vectors(struct report *report)
         struct report_row *row = report_add(report, name, "exact-opacity");
         batch->integrate = vit_zeta_psi_opacity_array;
         report_time(row, 101, batch_exact, batch);
+        batch_errors(batch, VIT_QUANTITY_OPACITY, row);
         row->fragments = BATCH;
     }
     vit_free(batch);
@@ -209,12 +224,12 @@ void report_rays_preintegration(struct report *report)
 /* ---- the shader ------------------------------------------------------------------------------------------------- */
 
 /* M04's grid at D = 1 in the shader, against the exact integral. */
-static void shader_errors(struct vit_gl *gl, const struct vit_method *method, struct report_row *row)
+static void shader_errors(struct vit_gl *gl, const struct vit_method *method, bool thin, struct report_row *row)
 {
     enum { SIDE = 65 };
     struct report_errors errors = {0};
     float *light = vit_alloc((size_t)SIDE * SIDE, 2 * sizeof *light);
-    if (light && vit_render_segment_check(gl, method, SIDE, 1, light)) {
+    if (light && vit_render_segment_check(gl, method, thin, SIDE, 1, light)) {
         for (size_t i = 0; i < (size_t)SIDE * SIDE; i++) {
             double x = (double)(i % SIDE) / (SIDE - 1), y = (double)(i / SIDE) / (SIDE - 1);
             struct vit_ray_segment ray = {y, 1 - y, x, 1 - x, 1, 0};
@@ -235,8 +250,7 @@ static bool shader_row(struct report *report, struct vit_gl *gl, const struct vi
     snprintf(name, sizeof name, "shader %d a fragment", per_fragment);
     snprintf(label, sizeof label, "%s%s", method->name, thin ? " to depth 5" : "");
     struct report_row *row = report_add(report, name, label);
-    if (!thin)
-        shader_errors(gl, method, row);
+    shader_errors(gl, method, thin, row);
     row->ms_median = time.ms_median, row->ms_min = time.ms_min, row->ms_max = time.ms_max;
     row->fragments = time.segments;
     return true;

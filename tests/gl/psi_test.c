@@ -71,7 +71,7 @@ static void test_methods(void **state)
     for (const struct vit_method *method = vit_methods; method->name; method++) {
         double worst = 0, worst_exact = 0;
         for (size_t d = 0; d < VIT_ARRAY_LENGTH(lengths); d++) {
-            assert_true(vit_render_segment_check(*state, method, SIDE, lengths[d], light));
+            assert_true(vit_render_segment_check(*state, method, false, SIDE, lengths[d], light));
             for (size_t i = 0; i < (size_t)SIDE * SIDE * 2; i++) {
                 double x = (double)(i / 2 % SIDE) / (SIDE - 1), y = (double)(i / 2 / SIDE) / (SIDE - 1);
                 struct vit_ray_segment ray = {y, 1 - y, x, 1 - x, lengths[d], (double)(i % 2)};
