@@ -408,8 +408,8 @@ struct vit_span {
 struct vit_mesh_vertex;
 struct vit_stretch {
     int px, columns, rows, width, height;
-    float *floats; /* the sketch, as read, 4 a pixel; and some of its rows, as wide as the picture */
-    float *line;
+    float *floats;        /* the sketch, as read, 4 a pixel */
+    int16_t *line;        /* some of its rows, as wide as the picture */
     unsigned char *bytes; /* 4 a pixel */
     unsigned char *marks; /* cells that are not flat */
     struct vit_mesh_vertex *points;

@@ -8,6 +8,9 @@
 
 /* Rows of the sketch that a row of the picture lies between. */
 #define TAPS 4
+/* Stretched rows are whole numbers: 64 to a step of a byte, so that what shines may be twice as bright as white. */
+#define ROW_SCALE (255 * 64.0f)
+#define BRIGHTEST 2.0f
 
 bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target *sketch, int px, int width, int height)
 {
@@ -16,16 +19,17 @@ bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target
         return true;
     size_t samples = (size_t)sketch->width * (size_t)sketch->height * 4, row = (size_t)width * 4;
     vit_stretch_clear(stretch);
-    stretch->floats = vit_alloc_zero(samples + TAPS * row, sizeof *stretch->floats);
+    stretch->floats = vit_alloc_zero(samples, sizeof *stretch->floats);
+    stretch->line = vit_alloc_zero(TAPS * row, sizeof *stretch->line);
     stretch->bytes = vit_alloc_zero((size_t)width * (size_t)height, 4);
     stretch->marks = vit_alloc_zero((size_t)sketch->width * (size_t)sketch->height, 2);
     stretch->points = vit_alloc_zero((size_t)sketch->width * (size_t)sketch->height, sizeof *stretch->points);
     stretch->spans = vit_alloc_zero((size_t)height, sizeof *stretch->spans);
-    if (!stretch->floats || !stretch->bytes || !stretch->marks || !stretch->points || !stretch->spans) {
+    if (!stretch->floats || !stretch->line || !stretch->bytes || !stretch->marks || !stretch->points ||
+        !stretch->spans) {
         vit_stretch_clear(stretch);
         return false;
     }
-    stretch->line = stretch->floats + samples;
     stretch->px = px;
     stretch->columns = sketch->width;
     stretch->rows = sketch->height;
@@ -37,6 +41,7 @@ bool vit_stretch_prepare(struct vit_stretch *stretch, const struct vit_gl_target
 void vit_stretch_clear(struct vit_stretch *stretch)
 {
     vit_free(stretch->floats);
+    vit_free(stretch->line);
     vit_free(stretch->bytes);
     vit_free(stretch->marks);
     vit_free(stretch->points);
@@ -106,7 +111,7 @@ static void weigh(float share, bool cubic, float out[TAPS])
 }
 
 /* Row of the sketch, stretched, where it shows anything; elsewhere 0. */
-static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, bool cubic, float *restrict out)
+static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, bool cubic, int16_t *restrict out)
 {
     struct vit_span shown = shown_columns(stretch, row), span;
     const int px = stretch->px;
@@ -121,25 +126,33 @@ static struct vit_span stretch_row(const struct vit_stretch *stretch, int row, b
         for (int x = span.first; x + i < span.end; x += px) {
             const float *a = sample_at(stretch, x / px - 1, row), *b = sample_at(stretch, x / px, row);
             const float *c = sample_at(stretch, x / px + 1, row), *d = sample_at(stretch, x / px + 2, row);
-            float *to = out + (size_t)(x + i) * 4;
+            int16_t *to = out + (size_t)(x + i) * 4;
 #pragma omp simd
-            for (int k = 0; k < 4; k++)
-                to[k] = a[k] * part[0] + b[k] * part[1] + c[k] * part[2] + d[k] * part[3];
+            for (int k = 0; k < 4; k++) {
+                float value = a[k] * part[0] + b[k] * part[1] + c[k] * part[2] + d[k] * part[3];
+                value = value < BRIGHTEST ? value : BRIGHTEST;
+                to[k] = (int16_t)(int)(value * ROW_SCALE + 0.5f);
+            }
         }
     }
     return span;
 }
 
-/* Rounded to bytes; what shines is more than 1 and ends there. */
-static void mix_rows(const float *const rows[TAPS], const float part[TAPS], size_t count, unsigned char *restrict out)
+/* To bytes. Products lose what is below 1/32 of a step of a byte: four of them 1/8 at most, half of which is given
+ * back. */
+static void mix_rows(const int16_t *const rows[TAPS], const float part[TAPS], size_t count, unsigned char *restrict out)
 {
-    const float *restrict a = rows[0], *restrict b = rows[1], *restrict c = rows[2], *restrict d = rows[3];
-    const float of_a = 255 * part[0], of_b = 255 * part[1], of_c = 255 * part[2], of_d = 255 * part[3];
+    const int16_t *restrict a = rows[0], *restrict b = rows[1], *restrict c = rows[2], *restrict d = rows[3];
+    int16_t of[TAPS];
+    for (int i = 0; i < TAPS; i++)
+        of[i] = (int16_t)lrintf(part[i] * 32767);
+    const int16_t of_a = of[0], of_b = of[1], of_c = of[2], of_d = of[3];
 #pragma omp simd
     for (size_t i = 0; i < count; i++) {
-        float value = a[i] * of_a + b[i] * of_b + c[i] * of_c + d[i] * of_d + 0.5f;
+        int16_t sum = (int16_t)((a[i] * of_a >> 16) + (b[i] * of_b >> 16) + (c[i] * of_c >> 16) + (d[i] * of_d >> 16));
+        int16_t value = (int16_t)((int16_t)(sum + 16 + 2) >> 5);
         value = value > 0 ? value : 0;
-        out[i] = (unsigned char)(int)(value < 255.5f ? value : 255.5f);
+        out[i] = (unsigned char)(value < 255 ? value : 255);
     }
 }
 
@@ -170,7 +183,7 @@ struct vit_span vit_stretch_fill(struct vit_stretch *stretch, const struct vit_p
             int place = (made + 1 + TAPS) % TAPS;
             spans[place] = stretch_row(stretch, made + 1, cubic, stretch->line + (size_t)place * row_floats);
         }
-        const float *rows[TAPS];
+        const int16_t *rows[TAPS];
         float part[TAPS];
         struct vit_span span = {0, 0};
         weigh((float)(y % stretch->px) / (float)stretch->px, cubic, part);
