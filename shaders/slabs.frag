@@ -25,6 +25,9 @@ uniform float path_mm;      // ortho: way of a ray for 1 mm of depth
 uniform vec3 brick_low;     // the part of the volume that is in this texture
 uniform vec3 brick_high;
 #endif
+#ifdef VIT_SLICES
+uniform vec2 parts; // slabs from one face that lies on a slice to the next, and its inverse; slab_mm is of all of them
+#endif
 uniform vec3 draw_low;         // the part of the visible box that holds anything to see
 uniform vec3 draw_high;
 #ifdef VIT_SKIP_EMPTY
@@ -136,6 +139,11 @@ void main()
 #endif
     vec3 tile_base = (stack_from_tex * base + stack_offset) * unit, tile_along = (stack_from_tex * along) * unit;
     vec3 tile_low = stack_low * unit, tile_high = stack_high * unit;
+#ifdef VIT_TILE_VOXELS
+    tile_base.xy -= 0.5;
+    tile_low.xy -= 0.5;
+    tile_high.xy -= 0.5;
+#endif
 #define TEXEL(depth) stack_at(texels, clamp(tile_base + (depth) * tile_along, tile_low, tile_high))
 #else
 #define TEXEL(depth) texel_at(base + (depth) * along)
@@ -158,10 +166,42 @@ void main()
     float end = min(ceil((pass_near_mm - draw.y) / slab_mm + 0.001), float(VIT_SLABS_PER_PASS));
     float pass_mm = pass_near_mm, step_mm = slab_mm;
 #define DEPTH(i) min(max(pass_mm - (i) * step_mm, far_mm), near_mm)
+#ifdef VIT_SLICES
+    // HU at face i, where a slice is: beyond the end of the ray, too, from where HU at that end is interpolated. Depths
+    // along the stack are whole slices: no interpolation between them.
+    vec3 face_base = tile_base + pass_mm * tile_along, face_along = -step_mm * tile_along;
+    face_base.z = floor(face_base.z + 0.5);
+    face_along.z = floor(face_along.z + 0.5);
+#ifdef VIT_SLICE_AT
+#define FACE(i) slice_at(texels, clamp(face_base.xy + (i) * face_along.xy, tile_low.xy, tile_high.xy), clamp(face_base.z + (i) * face_along.z, 0.0, tile_high.z))
+#else
+#define FACE(i) stack_at(texels, clamp(face_base + (i) * face_along, tile_low, tile_high)).r
+#endif
+#define HU(i) FACE(i)
+#else
+#define HU(i) TEXEL(DEPTH(i)).r
+#endif
+#ifdef VIT_PARTS
+    float part_mm = step_mm * parts.y;
+    vec3 part_along = face_along * parts.y;
+#define PART(i) stack_at(texels, clamp(face_base + (i) * part_along, tile_low, tile_high)).r
+#define SLAB_HU(i) PART(i)
+#define SLAB_DEPTH(i) min(max(pass_mm - (i) * part_mm, far_mm), near_mm)
+#define SLICE(i) floor((i) * parts.y + 1e-3)
+#define BEHIND(i) (i) - SLICE(i) * parts.x < 0.5
+#define SLABS_MOST 32000 // what an int of ES 2 may hold
+#else
+    float part_mm = step_mm;
+#define SLAB_HU(i) HU(i)
+#define SLAB_DEPTH(i) DEPTH(i)
+#define SLICE(i) (i)
+#define BEHIND(i) true
+#define SLABS_MOST VIT_SLABS_PER_PASS
+#endif
 #ifdef VIT_FITTED
     // Whether the faces before and behind face i lie on the ray's part in the box.
     const float inner = 1.0 - VIT_FITTED_SLACK;
-    vec2 inner_mm = vec2(far_mm + inner * slab_mm, near_mm - inner * slab_mm);
+    vec2 inner_mm = vec2(far_mm + inner * part_mm, near_mm - inner * part_mm);
 #ifdef VIT_STACKS
     // Straight through slices on whose planes the faces lie, HU only bends at the faces: nothing to be fitted. Aslant
     // it is curved between them as anywhere.
@@ -169,7 +209,7 @@ void main()
 #else
     const float fit = 1.0 / 12.0;
 #endif
-#define INNER(i) (pass_mm - (i) * step_mm >= inner_mm.x && pass_mm - (i) * step_mm <= inner_mm.y ? fit : 0.0)
+#define INNER(i) (pass_mm - (i) * part_mm >= inner_mm.x && pass_mm - (i) * part_mm <= inner_mm.y ? fit : 0.0)
 #endif
     float front_mm = DEPTH(at);
 #ifdef VIT_REDUCE
@@ -213,6 +253,12 @@ void main()
 #if defined(VIT_SLAB) && (defined(VIT_SKIP_EMPTY) || defined(VIT_FITTED))
     float low = visible_hu.x, high = visible_hu.y;
 #define VISIBLE(front, back) ((front > low || back > low) && (front < high || back < high))
+#ifdef VIT_PARTS
+    // Between two slices HU may be higher than at both, aslant: half as far as it rises towards them.
+#define PEAK(before, front, back, after)                                                                               \
+    (max(front + rise * max(front - before, 0.0), back + rise * max(back - after, 0.0)) > low && (front < high || back < high))
+    float rise = 0.5 * clamp(way * way - 1.0, 0.0, 1.0);
+#endif
 #endif
 #ifdef VIT_SKIP_EMPTY
     vec3 cell_base = base * occupancy_from_tex, cell_along = along * occupancy_from_tex;
@@ -245,22 +291,31 @@ void main()
                 break;
 #ifdef VIT_SLAB
             bool visible = false;
-            front = TEXEL(DEPTH(at)).r;
+            front = HU(at);
+#ifdef VIT_PARTS
+            float before = front;
+#endif
             for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
                 COUNT(vec3(0.0, 4.0, 0.0));
                 // Four slabs at once, so that the fetches need not wait for each other.
-                float back1 = TEXEL(DEPTH(at + 1.0)).r;
-                float back2 = TEXEL(DEPTH(at + 2.0)).r;
-                float back3 = TEXEL(DEPTH(at + 3.0)).r;
-                float back4 = TEXEL(DEPTH(at + 4.0)).r;
+                float back1 = HU(at + 1.0);
+                float back2 = HU(at + 2.0);
+                float back3 = HU(at + 3.0);
+                float back4 = HU(at + 4.0);
+#ifdef VIT_PARTS
+                bool visible1 = PEAK(before, front, back1, back2), visible2 = PEAK(front, back1, back2, back3);
+                bool visible3 = PEAK(back1, back2, back3, back4), visible4 = PEAK(back2, back3, back4, back4);
+                before = visible1 ? before : visible2 ? front : visible3 ? back1 : visible4 ? back2 : back3;
+#else
                 bool visible1 = VISIBLE(front, back1), visible2 = VISIBLE(back1, back2);
-                bool visible3 = VISIBLE(back2, back3);
+                bool visible3 = VISIBLE(back2, back3), visible4 = VISIBLE(back3, back4);
+#endif
                 float passed = visible1 ? 0.0 : visible2 ? 1.0 : visible3 ? 2.0 : 3.0;
                 front = visible1 ? front : visible2 ? back1 : visible3 ? back2 : back3;
                 back = visible1 ? back1 : visible2 ? back2 : visible3 ? back3 : back4;
                 at += passed;
                 run -= passed;
-                visible = VISIBLE(front, back);
+                visible = visible1 || visible2 || visible3 || visible4;
                 if (visible)
                     break;
                 at += 1.0;
@@ -276,34 +331,55 @@ void main()
 #endif
         }
 #elif defined(VIT_SLAB)
-        front = TEXEL(DEPTH(at)).r;
-        back = TEXEL(DEPTH(at + 1.0)).r;
+        front = HU(at);
+        back = HU(at + 1.0);
 #endif
         if (at >= end)
             break;
-        front_mm = DEPTH(at);
+#ifdef VIT_PARTS
+        // From here on faces are counted in parts, until the next slice behind which nothing shows.
+        at *= parts.x;
+        back = PART(at + 1.0);
+#endif
+        front_mm = SLAB_DEPTH(at);
 #ifdef VIT_SLAB
-#ifdef VIT_FITTED
-        float front_entry = table_coordinate(fitted(TEXEL(DEPTH(at - 1.0)).r, front, back, INNER(at)));
+#if defined(VIT_FITTED) && !defined(VIT_PARTS)
+        float front_hu = fitted(SLAB_HU(at - 1.0), front, back, INNER(at));
 #else
-        float front_entry = table_coordinate(front);
+        float front_hu = front;
 #endif
+#ifdef VIT_SLICES
+        // HU where the ray begins, between two faces.
+        front_hu = mix(front_hu, back, (pass_mm - at * part_mm - front_mm) / part_mm);
 #endif
-        for (int i = 0; i < VIT_SLABS_PER_PASS; i++) {
+        float front_entry = table_coordinate(front_hu);
+#endif
+        for (int i = 0; i < SLABS_MOST; i++) {
             at += 1.0;
             COUNT(vec3(1.0, 0.0, 0.0));
-            float back_mm = DEPTH(at);
+            float back_mm = SLAB_DEPTH(at);
             float k = max(front_mm - back_mm, 0.0) * thicken;
 #ifdef VIT_SLAB
-#ifdef VIT_FITTED
-            float next = TEXEL(DEPTH(at + 1.0)).r;
-            float back_entry = table_coordinate(fitted(front, back, next, INNER(at)));
-#else
-            float back_entry = table_coordinate(back);
+#if defined(VIT_FITTED) || defined(VIT_PARTS)
+            float next = SLAB_HU(at + 1.0);
 #endif
+#ifdef VIT_FITTED
+            float back_hu = fitted(front, back, next, INNER(at));
+#else
+            float back_hu = back;
+#endif
+#ifdef VIT_SLICES
+            float inside = (back_mm - pass_mm + at * part_mm) / part_mm; // how far from the face the ray ends, or begins
+#ifdef VIT_PARTS
+            back_hu = mix(back_hu, inside < 0.0 ? next : front, abs(inside));
+#else
+            back_hu = mix(back_hu, front, inside);
+#endif
+#endif
+            float back_entry = table_coordinate(back_hu);
             vec4 slab = table_at(vec2(back_entry, front_entry));
             front_entry = back_entry;
-#if defined(VIT_FITTED) && !defined(VIT_SKIP_EMPTY)
+#if defined(VIT_PARTS) || (defined(VIT_FITTED) && !defined(VIT_SKIP_EMPTY))
             slab = VISIBLE(front, back) ? slab : vec4(0.0);
 #endif
 #else
@@ -331,19 +407,19 @@ void main()
             }
             sum += (1.0 - sum.a) * slab;
 #ifdef VIT_OPAQUE_FRONT
-            end = 1.0 - sum.a < clear ? at : end;
+            end = 1.0 - sum.a < clear ? SLICE(at) : end;
 #endif
-            if (at >= end)
+            if (SLICE(at) >= end)
                 break;
 #ifdef VIT_SLAB
             front = back;
-#ifdef VIT_FITTED
+#if defined(VIT_FITTED) || defined(VIT_PARTS)
             back = next;
 #else
-            back = TEXEL(DEPTH(at + 1.0)).r;
+            back = SLAB_HU(at + 1.0);
 #endif
 #ifdef VIT_SKIP_EMPTY
-            if (!VISIBLE(front, back))
+            if (!VISIBLE(front, back) && BEHIND(at))
                 break;
 #endif
 #elif defined(VIT_SKIP_EMPTY)
@@ -352,6 +428,9 @@ void main()
                 break;
 #endif
         }
+#ifdef VIT_PARTS
+        at = SLICE(at);
+#endif
         if (at >= end)
             break;
     }

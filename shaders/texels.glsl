@@ -42,7 +42,49 @@ vec4 slices_at(sampler2D atlas, vec2 columns, vec2 from_px, vec3 at)
 #endif
 }
 
-#if defined(VIT_BYTES)
+#if defined(VIT_SINGLES)
+// A slice a tile, of texels that the hardware interpolates. Within the tile in texture coordinates, not texels.
+#define VIT_TILE_UV 1
+#define VIT_SLICE_AT 1
+float slice_at(sampler2D atlas, vec2 at, float slice)
+{
+    float row = floor((slice + 0.5) * stack_columns.y);
+    return VIT_TEXTURE_2D(atlas, vec2(slice - row * stack_columns.x, row) * (stack_tile.xy * stack_from_px) + at).r;
+}
+
+vec4 stack_at(sampler2D atlas, vec3 at)
+{
+    float slice = floor(at.z);
+    return vec4(mix(slice_at(atlas, at.xy, slice), slice_at(atlas, at.xy, min(slice + 1.0, stack_high.z)), at.z - slice));
+}
+#elif defined(VIT_SLICES) && defined(VIT_BYTES)
+// A voxel of a slice and the next one across in a texel: two fetches, of the row above and of the row below, are
+// interpolated here. Positions within a tile are half a texel less than elsewhere: a voxel's middle is a whole number.
+#define VIT_TILE_VOXELS 1
+#define VIT_SLICE_AT 1
+vec2 beside(vec4 texel)
+{
+    return (texel.rb * 256.0 + texel.ga) * (255.0 / 65535.0);
+}
+
+// The clamp of positions keeps the second voxel and row within the tile, or their share at nothing.
+float slice_at(sampler2D atlas, vec2 at, float slice)
+{
+    vec2 first = floor(at), share = at - first;
+    float tile = floor((slice + 0.5) * stack_step.y), row = floor((tile + 0.5) * stack_columns.y);
+    vec2 px = vec2(tile - row * stack_columns.x, row) * stack_tile.xy + first * vec2(stack_step.x, 1.0);
+    px = (px + vec2(slice - tile * stack_step.x + 0.5, 0.5)) * stack_from_px;
+    vec2 both = mix(beside(VIT_TEXTURE_2D(atlas, px)), beside(VIT_TEXTURE_2D(atlas, px + vec2(0.0, stack_from_px.y))),
+                    share.y);
+    return mix(both.x, both.y, share.x);
+}
+
+vec4 stack_at(sampler2D atlas, vec3 at)
+{
+    float slice = floor(at.z);
+    return vec4(mix(slice_at(atlas, at.xy, slice), slice_at(atlas, at.xy, min(slice + 1.0, stack_high.z)), at.z - slice));
+}
+#elif defined(VIT_BYTES)
 // 16 bits in two channels cannot be interpolated by hardware that interpolates 8: four texels are fetched and blended.
 vec2 two_slices(vec4 texel)
 {

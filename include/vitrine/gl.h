@@ -8,6 +8,12 @@
  * there is one, else 2. NULL: logged, with what EGL offered. */
 struct vit_gl;
 struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log);
+/* A second context on the same display, current on the calling thread, without a surface: of no more than `es_major`,
+ * also where the driver gives more than was asked for, so that only its calls, language and extensions are used. It
+ * must go before the first one. NULL: logged. */
+struct vit_gl *vit_gl_create_beside(const struct vit_gl *first, int es_major, const struct vit_log *log);
+/* Makes one of several contexts, without surfaces, current. False: logged. */
+VIT_NODISCARD bool vit_gl_use(struct vit_gl *gl);
 /* A context on a display and surface of somebody else's (an EGLDisplay, EGLConfig and EGLSurface), current with that
  * surface; they must live longer than the context. Framebuffer 0 is the surface. NULL: logged. */
 struct vit_gl *vit_gl_create_on(void *egl_display, void *egl_config, void *egl_surface, int es_major,

@@ -33,6 +33,9 @@
     X(PAIRS,                                                                                                           \
       "of stacks: HU of two slices in two channels instead of four: texels of 32 bits, which CPUs fetch faster")       \
     X(NEAREST, "of stacks: the nearest slice instead of two blended")                                                  \
+    X(SLICES, "of stacks: what is visible is looked for from slice to slice, where one slice's texels will do")        \
+    X(SINGLES, "of stacks: HU of one slice in texels of 32 bits, which CPUs interpolate faster than two")              \
+    X(PARTS, "of stacks: between two slices there are several slabs; no plan's, but of its stacks")                    \
     X(TABLE_BYTES, "the look-up table in two 8-bit channels each, put together and interpolated in the shader")        \
     X(FLAT_COLOR, "the look-up table holds opacity alone: all that shows has one colour")                              \
     X(MONO, "the look-up table holds brightness and opacity")                                                          \
@@ -107,6 +110,10 @@ struct vit_stack_grid {
 struct vit_stack_layout {
     int axis, across, down;
     size_t span, step;
+    /* Voxels of a slice in a texel: 1; or 2, with the next one across, so that two fetches interpolate: then the slices
+     * of a tile are not in channels but texels next to each other, and the last tile of a texture is the first of the
+     * next. */
+    size_t beside;
     size_t tiles, tiles_per_texture; /* along the axis */
     size_t bricks[3];                /* by volume axis */
     size_t tile_width, tile_height;
@@ -123,11 +130,19 @@ struct vit_stack_brick {
 struct vit_plan_stack {
     int axis;
     double weight; /* its share of the picture, (0, 1] */
+    /* Its share of a pixel x, y from the image's centre (y up): clear · max(0, c - the greatest c +
+     * VIT_PLAN_FADE_BAND), c = fade[0]·x + fade[1]·y + fade[2], over the sum of all that are drawn. So as the view
+     * turns the change from one stack to another goes over the picture from one side to the other, and only a band of
+     * it is drawn twice. */
+    double fade[3], clear;
     double toward; /* 1 or -1: whether depth grows with the texture coordinate */
     double box_mm; /* thickness of the whole box: of one unit of the texture coordinate */
     /* Of its slabs: the plan's, or 2/3 of it where rays run so aslant that they would go a long way in each. Textures
      * and tables are for slabs of the plan's; fragments allow for the way as it is. */
     double slab_mm;
+    /* Every so many faces, those whose number it divides, lie on slices where they can; what is visible is looked for
+     * from one of those to the next. */
+    int parts;
     double offset_mm; /* faces lie at offset_mm + index·slab_mm: on slices, where the plan's goes into their distance */
     int slab_first, slab_count;
     double eye_mm;  /* perspective: depth of the eye */
@@ -136,6 +151,7 @@ struct vit_plan_stack {
 };
 
 #define VIT_PLAN_FITTED_SLACK 1e-3
+#define VIT_PLAN_FADE_BAND    0.008
 
 struct vit_plan {
     /* what is drawn */
@@ -279,6 +295,12 @@ VIT_NODISCARD bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct
                                        struct vit_voxel_mask *mask);
 /* How many voxels away from what is visible a slab's light may be taken, the longest of the three axes counting. */
 int vit_plan_lit_reach(const struct vit_plan *plan);
+
+/* Shares of a pixel x, y from the image's centre (y up) by plan->stacks; their sum is 1. */
+void vit_plan_stack_shares(const struct vit_plan *plan, double x_px, double y_px, double shares[3]);
+
+/* Texels across a tile for each voxel. */
+size_t vit_stack_layout_texels(const struct vit_stack_layout *layout);
 
 /* Brick [across, down, axis] of a layout for a volume of n voxels. */
 struct vit_stack_brick vit_stack_brick_at(const struct vit_stack_layout *layout, const size_t n[3],

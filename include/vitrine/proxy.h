@@ -29,13 +29,16 @@ int vit_proxy_slice(const struct vit_proxy_box *box, double depth_mm, struct vit
 /* Convex outline on the screen of the part of the box between two depths: every pixel whose ray meets that slab is
  * inside, partial ones at the box's rim included. Counter-clockwise, in pixels from the image's centre, y up, clipped
  * to the image. In perspective both depths must lie in front of the eye. */
-#define VIT_PROXY_OUTLINE_MAX 24 /* hull of two hexagons and eight corners, cut by the image's four sides */
+#define VIT_PROXY_OUTLINE_MAX                                                                                          \
+    26 /* hull of two hexagons and eight corners, cut by the image's four sides; cut twice more */
 struct vit_proxy_outline {
     int count; /* 0: the slab is not on the screen */
     double x[VIT_PROXY_OUTLINE_MAX], y[VIT_PROXY_OUTLINE_MAX];
 };
 void vit_proxy_slab_outline(const struct vit_camera *camera, const struct vit_proxy_box *box, double far_mm,
                             double near_mm, struct vit_proxy_outline *out);
+/* Keeps the part of it where line[0]·x + line[1]·y + line[2] >= 0. */
+void vit_proxy_outline_cut(struct vit_proxy_outline *outline, const double line[3]);
 double vit_proxy_outline_area(const struct vit_proxy_outline *outline); /* pixels */
 
 #endif

@@ -35,7 +35,7 @@ static void read_version(struct vit_caps *caps)
     }
 }
 
-void vit_gl_caps_read(struct vit_caps *caps)
+void vit_gl_caps_read(struct vit_caps *caps, int most_major)
 {
     static const char *const software[] = {"llvmpipe", "softpipe", "swrast", "Software Rasterizer", "SWR"};
     *caps = (struct vit_caps){0};
@@ -45,6 +45,10 @@ void vit_gl_caps_read(struct vit_caps *caps)
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(software); i++)
         caps->software = caps->software || strstr(caps->renderer, software[i]);
     read_version(caps);
+    if (caps->gles_major > most_major) {
+        caps->gles_major = most_major;
+        caps->gles_minor = 0;
+    }
     bool es3 = caps->gles_major >= 3;
     const char *extensions = (const char *)glGetString(GL_EXTENSIONS);
     if (!extensions)

@@ -124,9 +124,9 @@ static struct vit_gl *allocate(const struct vit_log *log)
 }
 
 /* What a current context can do. */
-static void look(struct vit_gl *gl)
+static void look(struct vit_gl *gl, int most_major)
 {
-    vit_gl_caps_read(&gl->caps);
+    vit_gl_caps_read(&gl->caps, most_major);
     attach_debug(gl);
     vit_debug(gl->log, "GL: %s, %s", gl->caps.renderer, gl->caps.version);
 }
@@ -139,11 +139,36 @@ struct vit_gl *vit_gl_create(int es_major, const struct vit_log *log)
     gl->display = open_display(log);
     if (gl->display == EGL_NO_DISPLAY || !open_context(gl, es_major, EGL_NO_CONFIG_KHR, EGL_NO_SURFACE))
         goto fail;
-    look(gl);
+    look(gl, 3);
     return gl;
 fail:
     vit_gl_destroy(&gl);
     return NULL;
+}
+
+struct vit_gl *vit_gl_create_beside(const struct vit_gl *first, int es_major, const struct vit_log *log)
+{
+    struct vit_gl *gl = allocate(log);
+    if (!gl)
+        return NULL;
+    gl->display = first->display;
+    gl->shader_dir = first->shader_dir;
+    gl->borrowed = true;
+    if (!open_context(gl, es_major, EGL_NO_CONFIG_KHR, EGL_NO_SURFACE))
+        goto fail;
+    look(gl, es_major);
+    return gl;
+fail:
+    vit_gl_destroy(&gl);
+    return NULL;
+}
+
+bool vit_gl_use(struct vit_gl *gl)
+{
+    if (eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context))
+        return true;
+    vit_error(gl->log, "the other GL context cannot be used (EGL error 0x%x)", (unsigned)eglGetError());
+    return false;
 }
 
 struct vit_gl *vit_gl_create_on(void *egl_display, void *egl_config, void *egl_surface, int es_major,
@@ -156,7 +181,7 @@ struct vit_gl *vit_gl_create_on(void *egl_display, void *egl_config, void *egl_s
     gl->borrowed = true;
     if (!open_context(gl, es_major, egl_config, egl_surface))
         goto fail;
-    look(gl);
+    look(gl, 3);
     return gl;
 fail:
     vit_gl_destroy(&gl);

@@ -19,8 +19,8 @@ struct vit_gl {
 
 /* True if `word` is one of the space-separated words of `list` (NULL: of none). */
 bool vit_gl_has_word(const char *list, const char *word);
-/* caps.c: reads what the current context can do. */
-void vit_gl_caps_read(struct vit_caps *caps);
+/* caps.c: reads what the current context can do; most_major: as that version of ES, where it is a later one. */
+void vit_gl_caps_read(struct vit_caps *caps, int most_major);
 
 /* binary.c: linked programs on disk, named after what they were made from. load: 0 if there is none; save: never fails
  * loudly. */

@@ -18,7 +18,8 @@ bool vit_plan_wants_wide(const struct vit_plan *plan, const struct vit_plan_requ
 static enum vit_texel hu_texel(const struct vit_plan *plan, const struct vit_plan_request *request, bool stacks)
 {
     if (stacks || !vit_plan_wants_wide(plan, request))
-        return VIT_TEXEL_R16;
+        return stacks && vit_plan_by_slices(plan) && vit_plan_wants_wide(plan, request) ? VIT_TEXEL_R32F
+                                                                                        : VIT_TEXEL_R16;
     bool layers = plan->filter == VIT_FILTER_LINEAR && plan->n[2] <= (size_t)request->caps.max_array_layers;
     return layers ? VIT_TEXEL_R16R16 : VIT_TEXEL_R32F;
 }

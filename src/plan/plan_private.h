@@ -20,6 +20,10 @@
 /* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
  * the diagonal between two axes. */
 #define VIT_PLAN_FADE_COSINE 0.1
+/* By so much cosines differ at the image's corners from those in its middle: as if it were seen in a perspective, with
+ * the eye 15 half diagonals away. Over two stacks' difference, which may be sqrt 2 times that, this and the band make
+ * the reach above. */
+#define VIT_PLAN_FADE_ASIDE ((VIT_PLAN_FADE_COSINE - VIT_PLAN_FADE_BAND) / 1.41421356)
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
 /* Sketches that may differ by so much have 8 bits, which round by 1/510. */
@@ -56,6 +60,8 @@ VIT_NODISCARD bool vit_plan_fits_memory(const struct vit_plan *plan, const struc
 
 /* stacks.c */
 /* Which stacks, their slabs and textures. False (logged): slabs or textures do not fit. */
+/* On stacks: whether slabs are looked for from slice to slice. */
+bool vit_plan_by_slices(const struct vit_plan *plan);
 VIT_NODISCARD bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request,
                                    const struct vit_log *log);
 

@@ -87,11 +87,14 @@ static uint64_t mix_formats(uint64_t hash, const struct vit_plan *plan)
     for (int i = 0; i < plan->stack_count; i++) {
         const struct vit_plan_stack *stack = &plan->stacks[i];
         MIX(stack->axis);
-        MIX(stack->weight);
+        MIX(stack->fade);
+        MIX(stack->clear);
         MIX(stack->slab_mm);
+        MIX(stack->parts);
         MIX(stack->offset_mm);
         MIX(stack->layout.bricks);
         MIX(stack->layout.span);
+        MIX(stack->layout.beside);
     }
     return hash;
 }

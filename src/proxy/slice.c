@@ -141,6 +141,19 @@ void vit_proxy_slab_outline(const struct vit_camera *camera, const struct vit_pr
     }
 }
 
+void vit_proxy_outline_cut(struct vit_proxy_outline *outline, const double line[3])
+{
+    struct vit_vec3 in[VIT_PROXY_OUTLINE_MAX], out[2 * VIT_PROXY_OUTLINE_MAX];
+    for (int i = 0; i < outline->count; i++)
+        in[i] = (struct vit_vec3){outline->x[i], outline->y[i], 0};
+    int count = clip_side(in, outline->count, -line[0], -line[1], line[2], out);
+    outline->count = count >= 3 && count <= VIT_PROXY_OUTLINE_MAX ? count : 0;
+    for (int i = 0; i < outline->count; i++) {
+        outline->x[i] = out[i].x;
+        outline->y[i] = out[i].y;
+    }
+}
+
 double vit_proxy_outline_area(const struct vit_proxy_outline *outline)
 {
     double twice = 0;

@@ -152,6 +152,7 @@ struct ref_walk {
     double at, end;            /* parameter: mm along the view axis */
     double mm;                 /* ray length [mm] per unit of the parameter */
     double near_mm;            /* depth (from the box's centre toward the eye) at parameter 0 */
+    double x_px, y_px;         /* of the ray, from the image's centre, y up */
     ptrdiff_t cell[3];
     double next[3]; /* parameter of the next plane per axis, INFINITY beyond the last */
 };

@@ -191,15 +191,19 @@ void ref_slabs_composite(const struct ref_walk *walk, double rgba[4])
 {
     const struct vit_plan *plan = walk->reference->plan;
     struct slabs slabs = slabs_of(walk, NULL);
+    double shares[3];
+    vit_plan_stack_shares(plan, walk->x_px, walk->y_px, shares);
     memset(rgba, 0, 4 * sizeof *rgba);
     if (plan->stack_count == 0)
         composite(&slabs, rgba);
     for (int i = 0; i < plan->stack_count; i++) {
         double one[4];
+        if (shares[i] <= 0)
+            continue;
         slabs = slabs_of(walk, &plan->stacks[i]);
         composite(&slabs, one);
         for (int c = 0; c < 4; c++)
-            rgba[c] += plan->stacks[i].weight * one[c];
+            rgba[c] += shares[i] * one[c];
     }
 }
 

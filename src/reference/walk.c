@@ -48,6 +48,8 @@ bool ref_walk_start(struct ref_walk *walk, const struct vit_reference *reference
     const double o[3] = {origin.x, origin.y, origin.z}, d[3] = {change.x, change.y, change.z};
     *walk = (struct ref_walk){.reference = reference, .at = plan->camera.perspective ? 0 : -INFINITY, .end = INFINITY};
     walk->mm = vit_vec3_length(direction);
+    walk->x_px = column + 0.5 - plan->camera.width_px / 2.0;
+    walk->y_px = plan->camera.height_px / 2.0 - row - 0.5;
     walk->near_mm = plan->camera.perspective ? plan->camera.eye_mm : 0;
     for (int axis = 0; axis < 3; axis++) {
         if (!clip_axis(o[axis], d[axis], plan->clip_low[axis], plan->clip_high[axis], &walk->at, &walk->end))

@@ -121,21 +121,42 @@ static bool part_of_box(const struct vit_plan *plan, const struct vit_plan_stack
     return some;
 }
 
+/* The part of the picture that the stack has a share of, and what a sketch needs around it. */
+static void cut_by_share(const struct vit_plan *plan, const struct vit_plan_stack *stack,
+                         struct vit_proxy_outline *outline)
+{
+    const double rim_px = 1 + 2 * plan->sketch;
+    for (int i = 0; i < plan->stack_count; i++) {
+        const struct vit_plan_stack *other = &plan->stacks[i];
+        if (other->axis == stack->axis || other->clear <= 0)
+            continue;
+        double line[3];
+        for (int c = 0; c < 3; c++)
+            line[c] = stack->fade[c] - other->fade[c];
+        line[2] += VIT_PLAN_FADE_BAND + rim_px * hypot(line[0], line[1]);
+        vit_proxy_outline_cut(outline, line);
+    }
+}
+
 static void add_brick(struct vit_mesh *mesh, const struct vit_plan *plan, const struct vit_plan_stack *stack,
                       const size_t at[3])
 {
     const size_t *bricks = stack->layout.bricks;
     struct vit_stack_brick brick = vit_stack_brick_at(&stack->layout, plan->n, at);
     start_part(mesh, &brick, (at[2] * bricks[1] + at[1]) * bricks[0] + at[0]);
-    for (size_t pass = 0; pass < pass_count(plan, stack->slab_count); pass++) {
-        int near_face = stack->slab_first + stack->slab_count - (int)pass * plan->slabs_per_pass;
-        double near_mm = stack->offset_mm + near_face * stack->slab_mm;
+    /* Passes go by what shaders go by: from slice to slice. */
+    const double gap_mm = stack->slab_mm * stack->parts;
+    const int gap_first = stack->slab_first / stack->parts, gap_count = stack->slab_count / stack->parts;
+    for (size_t pass = 0; pass < pass_count(plan, gap_count); pass++) {
+        int near_face = gap_first + gap_count - (int)pass * plan->slabs_per_pass;
+        double near_mm = stack->offset_mm + near_face * gap_mm;
         double low[3], high[3];
-        if (!part_of_box(plan, stack, &brick, near_mm - plan->slabs_per_pass * stack->slab_mm, near_mm, low, high))
+        if (!part_of_box(plan, stack, &brick, near_mm - plan->slabs_per_pass * gap_mm, near_mm, low, high))
             continue;
         struct vit_proxy_box box = vit_proxy_box_make(&plan->camera, plan->mm_from_tex, low, high);
         struct vit_proxy_outline outline;
         vit_proxy_slab_outline(&plan->camera, &box, -INFINITY, INFINITY, &outline);
+        cut_by_share(plan, stack, &outline);
         add_outline(mesh, &outline, near_mm);
     }
     if (mesh->parts[mesh->part_count - 1].count == 0)

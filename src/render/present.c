@@ -20,6 +20,12 @@ bool vit_present_prepare(struct vit_gl *gl, struct vit_present *present)
     present->background = glGetUniformLocation(present->program, "background");
     present->mix_picture = glGetUniformLocation(present->mix_program, "picture");
     present->mix_tex_from_px = glGetUniformLocation(present->mix_program, "tex_from_px");
+    present->middle_px = glGetUniformLocation(present->mix_program, "middle_px");
+    present->fade = glGetUniformLocation(present->mix_program, "fade");
+    present->clear = glGetUniformLocation(present->mix_program, "clear");
+    present->band = glGetUniformLocation(present->mix_program, "band");
+    present->mixed = glGetUniformLocation(present->mix_program, "mixed");
+    present->scale = glGetUniformLocation(present->mix_program, "scale");
     glGenBuffers(1, &present->buffer);
     glBindBuffer(GL_ARRAY_BUFFER, present->buffer);
     glBufferData(GL_ARRAY_BUFFER, sizeof corners, corners, GL_STATIC_DRAW);
@@ -36,10 +42,17 @@ static void draw_corners(const struct vit_present *present, GLuint program)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *from,
-                     const struct vit_gl_target *into, double share)
+void vit_present_mix(struct vit_present *present, const struct vit_plan *plan, int index,
+                     const struct vit_gl_target *from, const struct vit_gl_target *into)
 {
-    (void)gl;
+    GLfloat fade[3][3] = {{0}}, clear[3] = {0}, mixed[3] = {0};
+    for (int i = 0; i < 3; i++) {
+        fade[i][2] = -4; /* never the greatest */
+        for (int c = 0; c < 3 && i < plan->stack_count; c++)
+            fade[i][c] = (GLfloat)plan->stacks[i].fade[c];
+        clear[i] = i <= index && i < plan->stack_count ? (GLfloat)plan->stacks[i].clear : 0;
+        mixed[i] = i == index ? 1 : 0;
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, into->framebuffer);
     glViewport(0, 0, into->width, into->height);
     glUseProgram(present->mix_program);
@@ -47,11 +60,19 @@ void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struc
     glBindTexture(GL_TEXTURE_2D, from->texture);
     glUniform1i(present->mix_picture, 0);
     glUniform2f(present->mix_tex_from_px, 1.0f / (GLfloat)from->texture_width, 1.0f / (GLfloat)from->texture_height);
+    glUniform2f(present->middle_px, 0.5f * (GLfloat)into->width, 0.5f * (GLfloat)into->height);
+    glUniform3fv(present->fade, 3, fade[0]);
+    glUniform3fv(present->clear, 1, clear);
+    glUniform3fv(present->mixed, 1, mixed);
+    glUniform1f(present->band, (GLfloat)VIT_PLAN_FADE_BAND);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
-    glBlendColor(0, 0, 0, (GLfloat)share);
-    glBlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
-    draw_corners(present, present->mix_program);
+    /* What was there makes room, then what comes is added: blending knows one opacity, and that is the picture's. */
+    for (int pass = 0; pass < 2; pass++) {
+        glUniform1f(present->scale, pass == 0 ? 1 : 0);
+        glBlendFunc(pass == 0 ? GL_ZERO : GL_ONE, pass == 0 ? GL_ONE_MINUS_SRC_ALPHA : GL_ONE);
+        draw_corners(present, present->mix_program);
+    }
     glDisable(GL_BLEND);
     glBindTexture(GL_TEXTURE_2D, 0);
 }

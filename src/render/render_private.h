@@ -190,7 +190,7 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
     X(light_shine) X(light_table) X(light_from_entry) X(light_size) X(light_columns) X(light_from_px) X(light_rows) X(light_scale) X(light_ambient) X(light_gain) \
     X(occupancy_n) X(draw_low) X(draw_high) X(clear_enough) X(middle_px) X(cell_margin) X(visible_hu) X(table_size) X(occupancy_from_px) X(brick_low) X(brick_high) \
     X(fall_from_tex) X(path_mm) X(stack_from_tex) X(stack_offset) X(stack_low) X(stack_high) X(stack_step) \
-    X(stack_columns) X(stack_tile) X(stack_from_px)
+    X(stack_columns) X(parts) X(stack_tile) X(stack_from_px)
 /* clang-format on */
 struct vit_program {
     GLuint name;
@@ -228,6 +228,8 @@ struct vit_tiles {
     const struct vit_stack_layout *layout;
     const struct vit_stack_grid *grid;
     size_t span, step;  /* slices in a tile, and to the next */
+    size_t beside;      /* voxels of a slice in a texel: 1 or, the next across, 2 */
+    size_t texels;      /* of a tile for each voxel across */
     size_t voxel_bytes; /* of a slice in a texel */
     GLenum channels, type;
     const uint8_t *wanted; /* bricks of the volume; only what holds them is sent. NULL: everything */
@@ -377,14 +379,15 @@ VIT_NODISCARD bool vit_read_target(struct vit_gl *gl, const struct vit_gl_target
 /* present.c: a finished picture over its background, into framebuffer 0. */
 struct vit_present {
     GLuint program, mix_program, buffer;
-    GLint picture, tex_from_px, background, mix_picture, mix_tex_from_px;
+    GLint picture, tex_from_px, background, mix_picture, mix_tex_from_px, middle_px, fade, clear, band, mixed, scale;
 };
 VIT_NODISCARD bool vit_present_draw(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *target,
                                     const double background[3], int width, int height);
 VIT_NODISCARD bool vit_present_prepare(struct vit_gl *gl, struct vit_present *present);
-/* into = (1 - share)·into + share·from, of equal size. */
-void vit_present_mix(struct vit_gl *gl, struct vit_present *present, const struct vit_gl_target *from,
-                     const struct vit_gl_target *into, double share);
+/* into = (1 - share)·into + share·from, of equal size, by the shares of the plan's stack `index` among those up to it;
+ * 0 and more than there are: nothing changes. */
+void vit_present_mix(struct vit_present *present, const struct vit_plan *plan, int index,
+                     const struct vit_gl_target *from, const struct vit_gl_target *into);
 void vit_present_clear(struct vit_present *present);
 
 /* sketch.c: what lies between a sketch's pixels, into a target with a depth buffer: where the sketch is flat it is

@@ -32,6 +32,7 @@ struct vit_renderer {
     struct vit_sketch sketch;
     struct vit_stretch stretch;
     struct vit_program program, reduce_program;
+    struct vit_program parts_program; /* of stacks with several slabs between two slices */
     struct vit_mesh mesh;
     GLuint buffer;
     struct vit_render_stats stats;
@@ -75,6 +76,7 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
     }
     vit_mesh_clear(&renderer->mesh);
     glDeleteProgram(renderer->program.name);
+    glDeleteProgram(renderer->parts_program.name);
     glDeleteProgram(renderer->reduce_program.name);
     glDeleteBuffers(1, &renderer->buffer);
     vit_free(renderer);
@@ -82,10 +84,11 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
 }
 
 static bool prepare_program(struct vit_renderer *renderer, struct vit_program *program, const char *name,
-                            const struct vit_plan *plan)
+                            const struct vit_plan *plan, unsigned more)
 {
+    const unsigned features = plan->features | more;
     int groups = (plan->axis.segments + 3) / 4;
-    if (program->name && program->features == plan->features && program->slabs_per_pass == plan->slabs_per_pass &&
+    if (program->name && program->features == features && program->slabs_per_pass == plan->slabs_per_pass &&
         program->axis_groups == groups)
         return true;
     glDeleteProgram(program->name);
@@ -103,10 +106,10 @@ static bool prepare_program(struct vit_renderer *renderer, struct vit_program *p
     if (groups > 0)
         defines[count++] = axis_groups;
     for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
-        if (plan->features >> bit & 1)
+        if (features >> bit & 1)
             defines[count++] = feature_names[bit];
     *program = (struct vit_program){.name = vit_gl_program_create(renderer->gl, name, defines),
-                                    .features = plan->features,
+                                    .features = features,
                                     .slabs_per_pass = plan->slabs_per_pass,
                                     .axis_groups = groups};
     if (!program->name)
@@ -157,7 +160,7 @@ static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_pl
 {
     if (!(plan->features & VIT_FEATURE(REDUCE)))
         return true;
-    return prepare_program(renderer, &renderer->reduce_program, "reduce", plan) &&
+    return prepare_program(renderer, &renderer->reduce_program, "reduce", plan, 0) &&
            prepare_target(renderer, &renderer->surface->reduced, plan);
 }
 
@@ -268,12 +271,23 @@ static bool is_shown(const struct vit_renderer *renderer, const struct vit_plan 
     return plan->still && plan->digest == renderer->stats.shown;
 }
 
+/* Stacks may differ in that, and each in the course of a turn. */
+static bool prepare_programs(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    bool good = true;
+    for (int i = 0; i < plan->stack_count || i == 0; i++) {
+        const bool parts = plan->stack_count > 0 && plan->stacks[i].parts > 1;
+        good = good && prepare_program(renderer, parts ? &renderer->parts_program : &renderer->program, "slabs", plan,
+                                       parts ? VIT_FEATURE(PARTS) : 0);
+    }
+    return good;
+}
+
 static bool prepare_targets(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     choose_surface(renderer, plan);
-    bool good = prepare_program(renderer, &renderer->program, "slabs", plan) &&
-                prepare_target(renderer, &renderer->surface->target, plan) && prepare_reduction(renderer, plan) &&
-                prepare_sketch(renderer, plan);
+    bool good = prepare_programs(renderer, plan) && prepare_target(renderer, &renderer->surface->target, plan) &&
+                prepare_reduction(renderer, plan) && prepare_sketch(renderer, plan);
     if (good && (plan->stack_count > 1 || plan->soon_count > 0 || plan->overlay))
         good = prepare_target(renderer, &renderer->surface->other, plan) &&
                vit_present_prepare(renderer->gl, &renderer->present);
@@ -524,7 +538,7 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
                        const struct vit_mesh *mesh, const struct vit_gl_target *target, int px)
 {
     const bool points = mesh != &renderer->mesh;
-    const struct vit_program *program = &renderer->program;
+    const struct vit_program *program = stack && stack->parts > 1 ? &renderer->parts_program : &renderer->program;
     glUseProgram(program->name);
     set_uniforms(program, plan, target, px);
     set_light(program, &renderer->light3d, plan);
@@ -653,19 +667,16 @@ bool vit_renderer_draw(struct vit_renderer *renderer, const struct vit_plan *pla
     for (int pass = 0; pass < VIT_PASS_COUNT; pass++)
         renderer->stats.pass_ms[pass] = -1;
     bool good = draw_picture(renderer, plan, plan->stack_count > 0 ? &plan->stacks[0] : NULL, &surface->target);
-    double shown = plan->stack_count > 0 ? plan->stacks[0].weight : 1;
     for (int i = 1; i < plan->stack_count; i++) {
         good = draw_picture(renderer, plan, &plan->stacks[i], &surface->other) && good;
-        shown += plan->stacks[i].weight;
         uint64_t began = pass_begin(renderer);
-        vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target,
-                        plan->stacks[i].weight / shown);
+        vit_present_mix(&renderer->present, plan, i, &surface->other, &surface->target);
         pass_end(renderer, VIT_PASS_OVER, began);
     }
     if (plan->overlay) { /* empty */
         uint64_t began = pass_begin(renderer);
         clear_target(&surface->other);
-        vit_present_mix(renderer->gl, &renderer->present, &surface->other, &surface->target, 0);
+        vit_present_mix(&renderer->present, plan, 3, &surface->other, &surface->target);
         pass_end(renderer, VIT_PASS_OVER, began);
     }
     glFinish();

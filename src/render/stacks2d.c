@@ -7,11 +7,11 @@
 
 /* ---- textures ---------------------------------------------------------------------------------------------------- */
 
-static GLenum internal_format(enum vit_texel texel, size_t span)
+static GLenum internal_format(enum vit_texel texel, size_t voxels)
 {
     switch (texel) {
     case VIT_TEXEL_R16:
-        return span == 2 ? GL_RG16_EXT : GL_RGBA16_EXT;
+        return voxels == 2 ? GL_RG16_EXT : GL_RGBA16_EXT;
     case VIT_TEXEL_R32F:
         return GL_R32F;
     case VIT_TEXEL_RGBA16:
@@ -22,6 +22,12 @@ static GLenum internal_format(enum vit_texel texel, size_t span)
     default:
         return GL_RGBA8;
     }
+}
+
+/* In a texel. */
+static size_t voxels_of(const struct vit_stack_layout *layout)
+{
+    return layout->beside > 1 ? layout->beside : layout->span;
 }
 
 static bool has_index(const struct vit_plan *plan)
@@ -73,9 +79,10 @@ static bool same_grid(const struct vit_stack_grid *a, const struct vit_stack_gri
 /* But for light. */
 static bool same_layout(const struct vit_stack_layout *a, const struct vit_stack_layout *b)
 {
-    return a->axis == b->axis && a->span == b->span && a->step == b->step && a->tiles == b->tiles &&
-           a->tiles_per_texture == b->tiles_per_texture && memcmp(a->bricks, b->bricks, sizeof a->bricks) == 0 &&
-           a->tile_width == b->tile_width && a->tile_height == b->tile_height && same_grid(&a->texels, &b->texels);
+    return a->axis == b->axis && a->span == b->span && a->beside == b->beside && a->step == b->step &&
+           a->tiles == b->tiles && a->tiles_per_texture == b->tiles_per_texture &&
+           memcmp(a->bricks, b->bricks, sizeof a->bricks) == 0 && a->tile_width == b->tile_width &&
+           a->tile_height == b->tile_height && same_grid(&a->texels, &b->texels);
 }
 
 static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane)
@@ -84,7 +91,7 @@ static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane
     static const char *const names[] = {"", "light ", "shine "};
     const struct vit_stack_layout *layout = &stack->layout;
     const struct vit_stack_grid *grid = grid_of(layout, plane);
-    GLenum format = plane == VIT_STACK_TEXELS ? internal_format(stack->texel, stack->layout.span) : GL_RGBA8;
+    GLenum format = plane == VIT_STACK_TEXELS ? internal_format(stack->texel, voxels_of(layout)) : GL_RGBA8;
     const char *texel = vit_texel_name(plane == VIT_STACK_TEXELS ? stack->texel : VIT_TEXEL_RGBA8);
     char where[128];
     snprintf(where, sizeof where, "stack %c: %zu %stextures of %zu x %zu %s (%.0f MiB)", axis_names[layout->axis],
@@ -129,8 +136,9 @@ bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct
 static void set_filter(const struct vit_stack *stack, const struct vit_plan *plan)
 {
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
-        bool nearest = plan->filter == VIT_FILTER_NEAREST ||
-                       (plane == VIT_STACK_TEXELS ? plan->texel == VIT_TEXEL_R8R8 : has_index(plan));
+        bool nearest =
+            plan->filter == VIT_FILTER_NEAREST ||
+            (plane == VIT_STACK_TEXELS ? plan->texel == VIT_TEXEL_R8R8 || stack->layout.beside > 1 : has_index(plan));
         for (size_t i = 0; i < stack->count && stack->textures[plane]; i++) {
             glBindTexture(GL_TEXTURE_2D, stack->textures[plane][i]);
             vit_texture_filter(GL_TEXTURE_2D, !nearest);
@@ -184,16 +192,18 @@ struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stac
         tiles.what = "stack";
         tiles.span = stack->layout.span;
         tiles.step = stack->layout.step;
+        tiles.beside = stack->layout.beside;
+        tiles.texels = vit_stack_layout_texels(&stack->layout);
         tiles.voxel_bytes = vit_texel_bytes(plan->texel);
-        tiles.type = vit_gl_pixel_type(gl, internal_format(plan->texel, stack->layout.span));
-        tiles.channels = plan->texel == VIT_TEXEL_R32F                             ? GL_RED
-                         : plan->texel == VIT_TEXEL_R16 && stack->layout.span == 2 ? GL_RG
-                                                                                   : GL_RGBA;
+        tiles.type = vit_gl_pixel_type(gl, internal_format(plan->texel, voxels_of(&stack->layout)));
+        tiles.channels = plan->texel == VIT_TEXEL_R32F                                    ? GL_RED
+                         : plan->texel == VIT_TEXEL_R16 && voxels_of(&stack->layout) == 2 ? GL_RG
+                                                                                          : GL_RGBA;
         tiles.line = plan->light.in_texels ? lit_line : texel_line;
         return tiles;
     }
     tiles.what = "light";
-    tiles.span = tiles.step = 1;
+    tiles.span = tiles.step = tiles.beside = tiles.texels = 1;
     tiles.voxel_bytes = 4;
     tiles.channels = GL_RGBA;
     tiles.type = GL_UNSIGNED_BYTE;
@@ -393,7 +403,8 @@ void vit_stacks_set_rays(const struct vit_program *program, const struct vit_pla
     fall[stack->axis] = stack->toward * stack->box_mm;
     const struct vit_vec3 fall_from_tex = {fall[0], fall[1], fall[2]};
     glUniform1f(program->near_limit_mm, 1e30f);
-    glUniform1f(program->slab_mm, (float)stack->slab_mm);
+    glUniform1f(program->slab_mm, (float)(stack->slab_mm * stack->parts));
+    glUniform2f(program->parts, (float)stack->parts, 1.0f / (float)stack->parts);
     vit_uniform_vec3(program->fall_from_tex, fall_from_tex);
     if (camera->perspective) {
         glUniform1f(program->eye_mm, (float)stack->eye_mm); /* rays themselves are those of any perspective */
@@ -471,6 +482,6 @@ void vit_stacks_set_part(const struct vit_program *program, const struct vit_sta
     set_grid(program->stack_columns, program->stack_from_px, &layout->texels);
     if (vit_stack_has_plane(plan, VIT_STACK_LIGHT))
         set_grid(program->light_columns, program->light_from_px, &layout->light);
-    glUniform3f(program->stack_tile, (GLfloat)layout->tile_width, (GLfloat)layout->tile_height,
-                (GLfloat)(part->brick.tiles - 1));
+    glUniform3f(program->stack_tile, (GLfloat)(layout->tile_width * vit_stack_layout_texels(layout)),
+                (GLfloat)layout->tile_height, (GLfloat)(part->brick.tiles - 1));
 }

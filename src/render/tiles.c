@@ -1,4 +1,6 @@
 /* Voxels to the tiles of a stack (layout: src/plan/stacks.c), transposed in parallel, and those to its textures. */
+#include <string.h>
+
 #include "render_private.h"
 
 /* Staging of one upload. */
@@ -18,12 +20,31 @@ static size_t height_of(const struct vit_tiles_part *part)
     return part->high[1] - part->low[1];
 }
 
+/* Of all slices of a tile. */
+static size_t texel_bytes(const struct vit_tiles *tiles)
+{
+    return tiles->voxel_bytes * tiles->span * tiles->beside;
+}
+
 static size_t tile_bytes(const struct vit_tiler *tiler)
 {
-    return width_of(&tiler->part) * height_of(&tiler->part) * tiler->tiles->voxel_bytes * tiler->tiles->span;
+    return width_of(&tiler->part) * height_of(&tiler->part) * texel_bytes(tiler->tiles);
 }
 
 /* ---- transposition ----------------------------------------------------------------------------------------------- */
+
+/* The second voxel of each texel: the next one across; the last one has none, and is never asked for it. */
+static void next_across(const struct vit_tiles *tiles, struct vit_texels_line line, size_t left, unsigned char *out)
+{
+    size_t count = line.count < left ? line.count : left;
+    unsigned char *last = out + (line.count - 1) * line.out_stride;
+    line.place += line.stride;
+    line.count = count;
+    if (count > 0)
+        tiles->line(tiles->user, &line, out);
+    if (last >= out + count * line.out_stride)
+        memcpy(last, last - tiles->voxel_bytes, tiles->voxel_bytes);
+}
 
 /* One row of all tiles. */
 static void tile_row(const struct vit_tiler *tiler, size_t row, unsigned char *out)
@@ -31,21 +52,25 @@ static void tile_row(const struct vit_tiler *tiler, size_t row, unsigned char *o
     const struct vit_tiles *tiles = tiler->tiles;
     const struct vit_stack_layout *layout = tiles->layout;
     const size_t *from = tiler->brick.first, *stride = tiler->stride;
-    size_t texel_bytes = tiles->voxel_bytes * tiles->span, width = width_of(&tiler->part);
-    size_t row_place = (from[layout->down] + tiler->part.low[1] + row) * stride[layout->down] +
-                       (from[layout->across] + tiler->part.low[0]) * stride[layout->across];
+    size_t texel = texel_bytes(tiles), width = width_of(&tiler->part);
+    size_t first = from[layout->across] + tiler->part.low[0];
+    size_t row_place =
+        (from[layout->down] + tiler->part.low[1] + row) * stride[layout->down] + first * stride[layout->across];
     size_t last = tiles->n[layout->axis] - 1;
     for (size_t block = 0; block < width; block += BLOCK) {
         struct vit_texels_line line = {.stride = stride[layout->across],
                                        .count = width - block < BLOCK ? width - block : BLOCK,
-                                       .out_stride = texel_bytes};
-        unsigned char *to = out + (row * width + block) * texel_bytes;
+                                       .out_stride = texel};
+        unsigned char *to = out + (row * width + block) * texel;
         for (size_t tile = 0; tile < tiler->count; tile++)
             for (size_t c = 0; c < tiles->span; c++) {
                 size_t slice = from[layout->axis] + (tiler->first + tile) * tiles->step + c;
+                unsigned char *voxels = to + tile * tile_bytes(tiler) + c * tiles->voxel_bytes * tiles->beside;
                 line.place =
                     row_place + block * stride[layout->across] + (slice < last ? slice : last) * stride[layout->axis];
-                tiles->line(tiles->user, &line, to + tile * tile_bytes(tiler) + c * tiles->voxel_bytes);
+                tiles->line(tiles->user, &line, voxels);
+                if (tiles->beside > 1)
+                    next_across(tiles, line, tiles->n[layout->across] - 1 - first - block, voxels + tiles->voxel_bytes);
             }
     }
 }
@@ -124,10 +149,10 @@ void vit_tiles_put(const struct vit_tiler *tiler, const unsigned char *staging, 
     for (size_t i = 0; i < tiler->count; i++) {
         size_t tile = tiler->first + i;
         size_t column = tile % tiles->grid->columns, row = tile / tiles->grid->columns;
-        glTexSubImage2D(GL_TEXTURE_2D, 0, (GLint)(column * layout->tile_width + tiler->part.low[0]),
-                        (GLint)(row * layout->tile_height + tiler->part.low[1]), (GLsizei)width_of(&tiler->part),
-                        (GLsizei)height_of(&tiler->part), tiles->channels, tiles->type,
-                        staging + i * tile_bytes(tiler));
+        glTexSubImage2D(GL_TEXTURE_2D, 0, (GLint)((column * layout->tile_width + tiler->part.low[0]) * tiles->texels),
+                        (GLint)(row * layout->tile_height + tiler->part.low[1]),
+                        (GLsizei)(width_of(&tiler->part) * tiles->texels), (GLsizei)height_of(&tiler->part),
+                        tiles->channels, tiles->type, staging + i * tile_bytes(tiler));
     }
 }
 
@@ -152,7 +177,7 @@ struct vit_tiler vit_tiles_begin(const struct vit_tiles *tiles, size_t chunk_byt
 {
     const struct vit_stack_layout *layout = tiles->layout;
     struct vit_tiler tiler = {.tiles = tiles, .stride = {1, tiles->n[0], tiles->n[0] * tiles->n[1]}};
-    size_t bytes = layout->tile_width * layout->tile_height * tiles->voxel_bytes * tiles->span;
+    size_t bytes = layout->tile_width * layout->tile_height * texel_bytes(tiles);
     tiler.batch = bytes < chunk_bytes ? chunk_bytes / bytes : 1;
     /* Of few slices the box round what is wanted is narrow. */
     tiler.batch = tiles->wanted && tiler.batch > VIT_BRICK ? VIT_BRICK : tiler.batch;

@@ -50,6 +50,9 @@ struct report_setting report_setting_make(enum vit_classify classify, enum vit_f
 
 bool report_stage_plan(struct report_stage *stage, const struct report_setting *setting, struct vit_plan *plan)
 {
+    stage->now = setting->es2 ? stage->es2 : stage->gl;
+    if (setting->es2 && !stage->es2)
+        return false;
     struct vit_preset preset = stage->preset;
     preset.sampling.classify = setting->classify;
     preset.sampling.filter = setting->filter;
@@ -59,7 +62,7 @@ bool report_stage_plan(struct report_stage *stage, const struct report_setting *
     struct vit_plan_request request = {.volume = stage->volume,
                                        .preset = &preset,
                                        .view = stage->view,
-                                       .caps = stage->caps,
+                                       .caps = setting->es2 ? *vit_gl_caps(stage->es2) : stage->caps,
                                        .path = setting->path ? setting->path : VIT_PATH_3D,
                                        .sketch = setting->sketch,
                                        .flat = setting->flat,
@@ -172,12 +175,12 @@ static bool draw_timed(struct vit_renderer *renderer, const struct vit_plan *pla
     return true;
 }
 
-static bool draw_measured(struct report_stage *stage, const struct vit_plan *plan, const struct vit_plan *other,
-                          struct report_row *row, struct vit_frame *frame)
+static bool draw_here(struct report_stage *stage, const struct vit_plan *plan, const struct vit_plan *other,
+                      struct report_row *row, struct vit_frame *frame)
 {
     struct vit_frame drawn = {0};
     /* A new one each time, so that its set-up is the whole set-up. */
-    struct vit_renderer *renderer = vit_renderer_create(stage->gl, stage->volume);
+    struct vit_renderer *renderer = vit_renderer_create(stage->now ? stage->now : stage->gl, stage->volume);
     if (!renderer || !vit_renderer_prepare(renderer, other ? other : plan, NULL))
         goto fail;
     row->setup_ms = vit_renderer_stats(renderer).setup_ms;
@@ -200,6 +203,15 @@ fail:
     vit_renderer_destroy(&renderer);
     vit_frame_clear(&drawn);
     return false;
+}
+
+static bool draw_measured(struct report_stage *stage, const struct vit_plan *plan, const struct vit_plan *other,
+                          struct report_row *row, struct vit_frame *frame)
+{
+    if (!stage->now || stage->now == stage->gl)
+        return draw_here(stage, plan, other, row, frame);
+    bool drawn = vit_gl_use(stage->now) && draw_here(stage, plan, other, row, frame);
+    return vit_gl_use(stage->gl) && drawn;
 }
 
 bool report_stage_draw(struct report_stage *stage, const struct vit_plan *plan, struct report_row *row,

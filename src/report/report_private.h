@@ -131,7 +131,8 @@ struct report_setting {
     enum vit_filter filter;
     int bits;
     double slices_per_voxel;
-    const char *limits[2]; /* of the driver, to be lowered: NAME=VALUE; NULL: none */
+    const char *limits[6]; /* of the driver, to be lowered: NAME=VALUE; NULL: none */
+    bool es2;              /* by the stage's other context */
     enum vit_path path;    /* 0: 3D */
     enum vit_line line;    /* 0: the preset's */
     int sketch;            /* 0: the preset's, with flat */
@@ -144,6 +145,7 @@ struct report_stage {
     struct report *report;
     struct vit_gl *gl;
     struct vit_caps caps;
+    struct vit_gl *es2, *now; /* another context, of ES 2, or NULL; that of the setting which was planned last */
     const struct vit_volume *volume;
     struct vit_preset preset; /* borrows the lists of another */
     struct vit_view view;

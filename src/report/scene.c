@@ -4,11 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "vitrine/gl.h"
 #include "vitrine/image.h"
 
 #define RATES_MOST      6
 #define CANDIDATES_MOST 128
-#define LINES_MOST      16
+#define LINES_MOST      20
 #define ROUNDS          3  /* ways near the front are timed so often, all in turn: a busy minute is everybody's */
 #define ENOUGH_MS       40 /* of frames, each time */
 #define DIFFERENCE_GAIN 16.0
@@ -21,6 +22,7 @@ struct candidate {
     char name[40], options[256];
     double ms, rms, max;
     struct report_setting setting; /* of what GL drew; else slices_per_voxel is 0 */
+    bool beside;                   /* of the lines that stand beside each other: timed with the best */
     size_t row;                    /* in the report */
 };
 /* The same at several numbers of slabs: a line of the plot. */
@@ -29,6 +31,7 @@ struct line {
     size_t first, count; /* candidates */
     bool dashed;
     int color;
+    const char *beside; /* its name among 3D and stacks; NULL: not one of them */
 };
 
 struct scene {
@@ -87,20 +90,25 @@ static bool measure_one(struct scene *scene, struct line *line, const struct rep
         return false;
     struct candidate *candidate = candidate_add(scene, name, row);
     candidate->setting = *setting;
+    candidate->beside = line->beside;
     report_setting_options(setting, candidate->options, sizeof candidate->options);
     line->count = scene->candidate_count - line->first;
     return true;
 }
 
-static bool measure_line(struct scene *scene, struct report_setting setting, enum vit_target target, int color)
+static bool measure_line(struct scene *scene, struct report_setting setting, enum vit_target target, int color,
+                         const char *beside)
 {
     static const char *const task = "drawing every way";
     struct line *line = &scene->lines[scene->line_count];
     char case_name[64];
     report_view_name(&scene->stage.view, case_name, sizeof case_name);
-    *line = (struct line){
-        .first = scene->candidate_count, .dashed = setting.bits == 8 || setting.path || setting.line, .color = color};
-    const char *more = target         ? vit_target_name(target)
+    *line = (struct line){.first = scene->candidate_count,
+                          .dashed = setting.bits == 8 || setting.path || setting.line,
+                          .color = color,
+                          .beside = beside};
+    const char *more = setting.es2    ? target ? "stacks ES 2 RGBA8" : "stacks ES 2"
+                       : target       ? vit_target_name(target)
                        : setting.path ? vit_path_name(setting.path)
                        : setting.line ? vit_line_name(setting.line)
                                       : "";
@@ -108,7 +116,7 @@ static bool measure_line(struct scene *scene, struct report_setting setting, enu
              vit_filter_name(setting.filter), *more ? " " : "", more);
     for (size_t i = 0; i < scene->rate_count; i++) {
         if (!vit_progress_step(scene->report.progress, task, scene->line_count * scene->rate_count + i,
-                               16 * scene->rate_count)) {
+                               LINES_MOST * scene->rate_count)) {
             vit_error(scene->report.log, "report scene: cancelled");
             return false;
         }
@@ -129,9 +137,10 @@ static bool measure_settings(struct scene *scene)
             for (int bits = 16; bits >= 8; bits -= 8) {
                 struct report_setting setting =
                     report_setting_make((enum vit_classify)classify, (enum vit_filter)filter, bits, 1);
+                const bool is_3d = classify == VIT_CLASSIFY_SLAB && filter == VIT_FILTER_LINEAR && bits == 16;
                 int color = 1 + VIT_CLASSIFY_SLAB - classify + (filter == VIT_FILTER_NEAREST ? 3 : 0);
                 if ((composite || classify == VIT_CLASSIFY_SLAB) &&
-                    !measure_line(scene, setting, VIT_TARGET_UNKNOWN, color))
+                    !measure_line(scene, setting, VIT_TARGET_UNKNOWN, color, is_3d ? "3D, ES 3" : NULL))
                     return false;
             }
     struct report_setting half = report_setting_make(VIT_CLASSIFY_SLAB, VIT_FILTER_LINEAR, 16, 1), stacks = half,
@@ -141,16 +150,26 @@ static bool measure_settings(struct scene *scene)
     half.limits[0] = "float_blend=0";
     struct report_setting bytes = half;
     bytes.limits[1] = "color_buffer_half_float=0";
-    return measure_line(scene, half, VIT_TARGET_RGBA16F, 7) && measure_line(scene, bytes, VIT_TARGET_RGBA8, 8) &&
-           measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8) &&
-           (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 7));
+    /* What pure ES 2 has: bytes, in textures and in the picture. */
+    struct report_setting es2 = stacks, pure = stacks;
+    es2.es2 = pure.es2 = true;
+    static const char *const none[] = {"color_buffer_half_float=0", "texture_half_float_linear=0",
+                                       "texture_float_linear=0"};
+    memcpy(pure.limits, none, sizeof none);
+    return measure_line(scene, half, VIT_TARGET_RGBA16F, 7, NULL) &&
+           measure_line(scene, bytes, VIT_TARGET_RGBA8, 8, NULL) &&
+           measure_line(scene, stacks, VIT_TARGET_UNKNOWN, 8, "stacks, ES 3") &&
+           measure_line(scene, es2, VIT_TARGET_UNKNOWN, 3, "stacks, ES 2") &&
+           measure_line(scene, pure, VIT_TARGET_RGBA8, 6, "stacks, ES 2, bytes only") &&
+           (!composite || measure_line(scene, chord, VIT_TARGET_UNKNOWN, 7, NULL));
 }
 
 /* Whether a busy moment may have kept it from the front: nothing else is as good in two thirds of its time. */
 static bool may_be_front(const struct scene *scene, const struct candidate *candidate)
 {
     for (size_t i = 0; i < scene->candidate_count; i++)
-        if (scene->candidates[i].rms <= candidate->rms && scene->candidates[i].ms < candidate->ms / 1.5)
+        if (scene->candidates[i].rms <= candidate->rms && scene->candidates[i].ms < candidate->ms / 1.5 &&
+            !candidate->beside)
             return false;
     return candidate->setting.slices_per_voxel > 0;
 }
@@ -303,6 +322,51 @@ static void error_plot(struct scene *scene)
                                             .series_count = scene->line_count});
 }
 
+/* 3D and stacks alone, at the same numbers of slabs a voxel. */
+static void stacks_plot(struct scene *scene)
+{
+    struct report_series series[LINES_MOST];
+    double ms[CANDIDATES_MOST], rms[CANDIDATES_MOST];
+    size_t count = 0;
+    for (size_t i = 0; i < scene->candidate_count; i++) {
+        ms[i] = scene->candidates[i].ms;
+        rms[i] = 255 * scene->candidates[i].rms;
+    }
+    for (size_t i = 0; i < scene->line_count; i++) {
+        const struct line *line = &scene->lines[i];
+        if (line->beside)
+            series[count++] = (struct report_series){
+                line->beside, ms + line->first, rms + line->first, line->count, count > 1, true, (int)count + 1};
+    }
+    report_plot_write(&scene->report, &(struct report_plot){.file = "stacks.svg",
+                                                            .title = "Stacks of 2D textures beside 3D textures",
+                                                            .x_label = "time of a frame [ms], median, timed in turn",
+                                                            .y_label = "RMS error of RGB [1/255]",
+                                                            .log_x = true,
+                                                            .log_y = true,
+                                                            .series = series,
+                                                            .series_count = count});
+}
+
+static void put_stacks(const struct scene *scene, FILE *out)
+{
+    fputs("<h2>3D and stacks</h2>\n<table><tr><th class=name>way</th><th>slabs a voxel</th><th>slabs</th><th>time "
+          "[ms]</th><th>RMS /255</th></tr>\n",
+          out);
+    for (size_t i = 0; i < scene->line_count; i++) {
+        const struct line *line = &scene->lines[i];
+        for (size_t k = line->first; line->beside && k < line->first + line->count; k++) {
+            const struct candidate *c = &scene->candidates[k];
+            fprintf(out, "<tr><td class=name>%s</td><td>%g</td><td>%g</td><td>%.1f</td><td>%.3f</td></tr>\n",
+                    line->beside, c->setting.slices_per_voxel, scene->report.rows[c->row].slices, c->ms, 255 * c->rms);
+            if (scene->given->say && c->setting.slices_per_voxel == 1)
+                fprintf(scene->given->say, "%s, one slab a voxel: %.1f ms, RMS error %.3f/255\n", line->beside, c->ms,
+                        255 * c->rms);
+        }
+    }
+    fputs("</table>\n", out);
+}
+
 static void put_front(const struct scene *scene, FILE *out)
 {
     struct report_point points[CANDIDATES_MOST];
@@ -377,6 +441,8 @@ static void write_page(struct scene *scene)
     put_front(scene, out);
     fputs("</div>\n", out);
     report_page_figure(&page, "error-time.svg", NULL);
+    put_stacks(scene, out);
+    report_page_figure(&page, "stacks.svg", NULL);
     report_moving_write(&scene->moving, out);
     report_lights_write(&scene->lights, &page);
     report_floors_write(&scene->floors, out);
@@ -397,6 +463,9 @@ static bool scene_run(struct scene *scene)
                                          .keep = given->keep,
                                          .keep_count = given->keep_count,
                                          .enough_ms = ENOUGH_MS};
+    scene->stage.es2 = vit_gl_create_beside(given->gl, 2, scene->report.log);
+    if (!scene->stage.es2 || !vit_gl_use(given->gl))
+        return false;
     choose_rates(scene);
     if (!measure_reference(scene) || !measure_settings(scene) || !measure_again(scene) || !draw_pictures(scene) ||
         !report_moving_measure(&scene->stage, budget_of(scene), &scene->moving) ||
@@ -412,6 +481,7 @@ static bool scene_run(struct scene *scene)
         fprintf(given->say, "%s\n", scene->lights.verdict);
     report_write_rows(&scene->report);
     error_plot(scene);
+    stacks_plot(scene);
     report_lights_plot(&scene->report, &scene->lights);
     write_page(scene);
     return !scene->report.failed;
@@ -429,6 +499,9 @@ enum vit_exit vit_report_scene(const char *folder, const struct vit_report_scene
     scene->given = given;
     bool ok = report_open(&scene->report) && scene_run(scene);
     report_stage_end(&scene->stage);
+    vit_gl_destroy(&scene->stage.es2);
+    if (!vit_gl_use(given->gl))
+        ok = false;
     report_close(&scene->report);
     vit_free(scene);
     return ok ? VIT_EXIT_DONE : VIT_EXIT_FAILED;

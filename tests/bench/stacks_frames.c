@@ -7,7 +7,7 @@
 
 #include "vitrine/render.h"
 
-#define RUNS 5
+#define RUNS 12
 
 static void need(bool there, const char *what)
 {

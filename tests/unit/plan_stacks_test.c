@@ -163,12 +163,13 @@ static void faces_lie_on_slices(void **state)
             const struct vit_plan_stack *stack = &plan.stacks[0];
             size_t n = plan.n[stack->axis];
             double slice_mm = (n - 1) % 2 / 2.0; /* one of them */
-            double faces = (slice_mm - stack->offset_mm) / stack->slab_mm;
+            double gap_mm = stack->slab_mm * stack->parts, faces = (slice_mm - stack->offset_mm) / gap_mm;
+            assert_true(stack->slab_first % stack->parts == 0 && stack->slab_count % stack->parts == 0);
             assert_true(fabs(faces - round(faces)) < 1e-9);
             double first = stack->offset_mm + stack->slab_first * stack->slab_mm;
             double end = first + stack->slab_count * stack->slab_mm, half = (double)n / 2;
-            assert_true(first <= -half + 1e-9 && first > -half - stack->slab_mm);
-            assert_true(end >= half - 1e-9 && end < half + stack->slab_mm);
+            assert_true(first <= -half + 1e-9 && first > -half - gap_mm);
+            assert_true(end >= half - 1e-9 && end < half + gap_mm);
         }
     scene->preset.sampling.slices_per_voxel = 1;
 }
