@@ -32,6 +32,9 @@ struct vit_texels {
     int raw_min; /* of entry 0 */
     size_t entry_bytes;
     unsigned char *entries;
+    /* HU that needs no looking up: raw - zero in texels of floats, (raw - raw_min)·step in those of 16 bits. 0:
+     * neither. */
+    int zero, step;
     float (*classified)[4]; /* for vit_texels_lit_row: what the entries are rounded from; NULL: unlit */
 };
 VIT_NODISCARD bool vit_texels_make(struct vit_texels *texels, const struct vit_volume *volume,

@@ -62,6 +62,23 @@ static void store_texel(const struct vit_texel_format *format, bool bytes, const
     }
 }
 
+/* Where a voxel's entry is a multiple of its value, reckoning it takes a fraction of the time of looking it up. */
+static void find_step(struct vit_texels *lookup, const struct vit_plan *plan, int count)
+{
+    const bool words = lookup->entry_bytes == 2 && plan->texel != VIT_TEXEL_R16F && plan->texel != VIT_TEXEL_R8R8;
+    if (plan->texel == VIT_TEXEL_R32F && plan->value_per_raw == 1 && fabs(plan->raw_origin) < 1 << 20) {
+        lookup->zero = (int)plan->raw_origin;
+        lookup->step = 1;
+    }
+    if (!words || count < 2)
+        return;
+    const uint16_t *entries = (const void *)lookup->entries;
+    bool even = entries[0] == 0;
+    for (int i = 1; i < count && even; i++)
+        even = entries[i] == (uint16_t)(entries[1] * i);
+    lookup->step = even ? entries[1] : 0;
+}
+
 bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume, const struct vit_plan *plan)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);
@@ -97,6 +114,7 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
         for (int c = 0; c < 4 && lookup->dither; c++)
             ((uint16_t *)(void *)entry)[c] = (uint16_t)lround(fmin(1, fmax(0, value[c])) * 255 * 256);
     }
+    find_step(lookup, plan, count);
     return true;
 }
 
@@ -158,11 +176,47 @@ static void classify_line(const struct vit_texels *lookup, enum vit_sample sampl
     }
 }
 
+/* Lines of texels one behind the other are eight at once. */
+#define RECKON(type, texel, expression)                                                                                \
+    do {                                                                                                               \
+        const type *raw = (const type *)samples + line->place;                                                         \
+        const size_t count = line->count, stride = line->stride, apart = line->out_stride / sizeof(texel);             \
+        texel *to = (texel *)(void *)out;                                                                              \
+        if (stride == 1 && apart == 1) {                                                                               \
+            _Pragma("omp simd") for (size_t i = 0; i < count; i++)                                                     \
+            {                                                                                                          \
+                const int value = raw[i];                                                                              \
+                to[i] = (texel)(expression);                                                                           \
+            }                                                                                                          \
+            break;                                                                                                     \
+        }                                                                                                              \
+        for (size_t i = 0; i < count; i++) {                                                                           \
+            const int value = raw[i * stride];                                                                         \
+            to[i * apart] = (texel)(expression);                                                                       \
+        }                                                                                                              \
+    } while (0)
+
+static void reckon_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
+                        const struct vit_texels_line *line, unsigned char *out)
+{
+    const int zero = lookup->zero, raw_min = lookup->raw_min, step = lookup->step;
+    if (lookup->entry_bytes == 4 && sample == VIT_SAMPLE_I16)
+        RECKON(int16_t, float, value - zero);
+    else if (lookup->entry_bytes == 4)
+        RECKON(uint16_t, float, value - zero);
+    else if (sample == VIT_SAMPLE_I16)
+        RECKON(int16_t, uint16_t, (value - raw_min) * step);
+    else
+        RECKON(uint16_t, uint16_t, (value - raw_min) * step);
+}
+
 void vit_texels_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
                      const struct vit_texels_line *line, unsigned char *out)
 {
     if (lookup->dither)
         dither_line(lookup, sample, samples, line, out);
+    else if (lookup->step > 0)
+        reckon_line(lookup, sample, samples, line, out);
     else
         classify_line(lookup, sample, samples, line, out);
 }

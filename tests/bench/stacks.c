@@ -44,10 +44,12 @@ static void send(struct job *job)
 {
     const struct vit_stack *stack = &job->stacks.stack[job->plan.stacks[0].axis];
     const struct vit_stack_grid *grid = &stack->layout.texels;
+    const struct vit_stack_source source = {.plan = &job->plan};
+    const struct vit_tiles tiles = vit_stack_tiles(job->gl, stack, &source, VIT_STACK_TEXELS);
     for (size_t i = 0; i < stack->count; i++) {
         glBindTexture(GL_TEXTURE_2D, stack->textures[VIT_STACK_TEXELS][i]);
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)grid->width, (GLsizei)grid->height, GL_RGBA,
-                        job->plan.texel == VIT_TEXEL_RGBA8 ? GL_UNSIGNED_BYTE : GL_UNSIGNED_SHORT, job->from);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, (GLsizei)grid->width, (GLsizei)grid->height, tiles.channels, tiles.type,
+                        job->from);
     }
     glFinish();
 }
