@@ -16,7 +16,12 @@ uniform vec2 stack_from_px;  // 1 / size of the texture
 vec2 corner_of(float tile, vec2 columns)
 {
     float row = floor((tile + 0.5) * columns.y);
+#if defined(VIT_SLICES) && defined(VIT_BYTES)
+    // Of light; a tile of texels is wider, by the slices that stand next to each other in it.
+    return vec2(tile - row * columns.x, row) * stack_tile.xy * vec2(stack_step.y, 1.0);
+#else
     return vec2(tile - row * columns.x, row) * stack_tile.xy;
+#endif
 }
 
 vec2 tile_corner(float tile)
