@@ -121,16 +121,17 @@ static bool prepare_program(struct vit_renderer *renderer, struct vit_program *p
     return true;
 }
 
+static const GLenum target_formats[VIT_TARGET_COUNT] = {
+    [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
+
 static bool prepare_size(struct vit_renderer *renderer, struct vit_gl_target *target, enum vit_target format, int width,
                          int height)
 {
-    static const GLenum formats[VIT_TARGET_COUNT] = {
-        [VIT_TARGET_RGBA32F] = GL_RGBA32F, [VIT_TARGET_RGBA16F] = GL_RGBA16F, [VIT_TARGET_RGBA8] = GL_RGBA8};
-    if (target->texture && target->internal_format == formats[format] && target->width == width &&
+    if (target->texture && target->internal_format == target_formats[format] && target->width == width &&
         target->height == height)
         return true;
     vit_gl_target_destroy(renderer->gl, target);
-    return vit_gl_target_create(renderer->gl, target, formats[format], width, height);
+    return vit_gl_target_create(renderer->gl, target, target_formats[format], width, height);
 }
 
 static bool prepare_target(struct vit_renderer *renderer, struct vit_gl_target *target, const struct vit_plan *plan)
@@ -164,12 +165,13 @@ static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_pl
            prepare_target(renderer, &renderer->surface->reduced, plan);
 }
 
-/* The surface of this size, or else the one that was not used last. */
+/* The surface of this size and format (moving sketches have 8 bits), or else the one that was not used last. */
 static void choose_surface(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     struct vit_surface *other = &renderer->surfaces[renderer->surface == renderer->surfaces];
     const struct vit_gl_target *target = &renderer->surface->target;
-    if (target->width != plan->camera.width_px || target->height != plan->camera.height_px)
+    if (target->width != plan->camera.width_px || target->height != plan->camera.height_px ||
+        target->internal_format != target_formats[plan->target])
         renderer->surface = other;
 }
 
