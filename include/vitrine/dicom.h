@@ -75,10 +75,12 @@ const char *vit_dicom_scan_rejected(const struct vit_dicom_scan *scan, size_t in
 /* By "N" (the number `info` shows, from 1) or series UID; NULL chooses: the largest CT axial stack, else the largest
  * CT, else the largest readable. Returns the index, or -1 (logged, with what there is). */
 ptrdiff_t vit_dicom_scan_choose(const struct vit_dicom_scan *scan, const char *series, const struct vit_log *log);
-/* Decodes the stack over all cores into `samples` (vit_volume_info_bytes(&stack->info) bytes, caller's). False: logged.
+/* Decodes the stack over all cores into `samples` (vit_volume_info_bytes(&stack->info) bytes, caller's). `sink` (NULL:
+ * nobody) hears of every slice as it is decoded, but for those of stacks that are put onto other steps. False: logged.
  */
 VIT_NODISCARD bool vit_dicom_stack_read(const struct vit_dicom_scan *scan, size_t index, void *samples, size_t bytes,
-                                        const struct vit_log *log, const struct vit_progress *progress);
+                                        const struct vit_slice_sink *sink, const struct vit_log *log,
+                                        const struct vit_progress *progress);
 void vit_dicom_scan_destroy(struct vit_dicom_scan **scan);
 
 /* True if the path is a folder, or a file that starts like DICOM (preamble, or a plausible first element) or

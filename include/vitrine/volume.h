@@ -27,6 +27,14 @@ struct vit_volume;
 /* A new volume, to be filled whole through vit_volume_samples_mut (nothing is cleared), then finished. NULL: logged. */
 struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const struct vit_log *log);
 void *vit_volume_samples_mut(struct vit_volume *volume); /* NULL once finished */
+/* Slice k is filled, and stays so: its share of the statistics is made at once, while its samples are near. By any
+ * number of threads, each slice once at most; what nobody names finish looks at itself. */
+void vit_volume_slice_ready(struct vit_volume *volume, size_t k);
+/* Whom a reader tells of the slices [first, end) that it has filled; called by several threads at once. */
+struct vit_slice_sink {
+    void (*ready)(void *user, size_t first, size_t end);
+    void *user;
+};
 /* Computes statistics (parallel); from here on the volume is constant. */
 VIT_NODISCARD bool vit_volume_finish(struct vit_volume *volume, const struct vit_log *log);
 void vit_volume_destroy(struct vit_volume **volume);

@@ -51,6 +51,8 @@ const char *app_input_kind_name(enum app_input_kind kind);
 enum app_input_kind app_input_probe(struct app *app);
 /* The volume that INPUT (and --series) name. NULL: logged. Whatever the reader needed is freed again. */
 struct vit_volume *app_input_open(struct app *app);
+/* Statistics of slices are made as they are decoded. */
+struct vit_slice_sink app_input_sink(struct vit_volume *volume);
 /* The phantom that `phantom:NAME` or NAME names; NULL: logged, with those there are. */
 const struct vit_phantom *app_phantom_find(struct app *app, const char *name);
 /* "512 x 512 x 98 voxels, 0.76 x 0.76 x 1 mm" */

@@ -215,9 +215,10 @@ static enum vit_exit info_single(struct app *app, enum app_input_kind kind)
 static bool read_and_measure(struct app *app, const struct vit_dicom_scan *scan, size_t index, struct entry *entry)
 {
     struct vit_volume *volume = vit_volume_create(&entry->info, &app->log);
+    const struct vit_slice_sink sink = app_input_sink(volume);
     bool done = volume &&
                 vit_dicom_stack_read(scan, index, vit_volume_samples_mut(volume), vit_volume_info_bytes(&entry->info),
-                                     &app->log, &app->progress) &&
+                                     &sink, &app->log, &app->progress) &&
                 vit_volume_finish(volume, &app->log);
     if (done)
         measure(entry, volume);

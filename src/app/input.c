@@ -115,6 +115,17 @@ static void stack_announce(struct app *app, const struct vit_dicom_scan *scan, s
         vit_warn(&app->log, "stack %zu: %s", index + 1, *warning);
 }
 
+static void slices_ready(void *user, size_t first, size_t end)
+{
+    for (size_t k = first; k < end; k++)
+        vit_volume_slice_ready(user, k);
+}
+
+struct vit_slice_sink app_input_sink(struct vit_volume *volume)
+{
+    return (struct vit_slice_sink){slices_ready, volume};
+}
+
 static struct vit_volume *open_dicom(struct app *app)
 {
     const struct vit_settings *settings = app->settings;
@@ -131,8 +142,9 @@ static struct vit_volume *open_dicom(struct app *app)
     }
     stack_announce(app, scan, (size_t)index);
     volume = vit_volume_create(&stack->info, &app->log);
+    const struct vit_slice_sink sink = app_input_sink(volume);
     if (volume && (!vit_dicom_stack_read(scan, (size_t)index, vit_volume_samples_mut(volume),
-                                         vit_volume_info_bytes(&stack->info), &app->log, &app->progress) ||
+                                         vit_volume_info_bytes(&stack->info), &sink, &app->log, &app->progress) ||
                    !vit_volume_finish(volume, &app->log)))
         vit_volume_destroy(&volume);
 fail:

@@ -177,7 +177,8 @@ ptrdiff_t scan_choose(const vit_dicom_scan &scan, const char *series, const vit_
     return -1;
 }
 
-bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_log *log, const vit_progress *progress)
+bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_slice_sink *sink, const vit_log *log,
+                const vit_progress *progress)
 {
     if (!stack.plain.readable) {
         vit_error(log, "dicom: stack cannot be read: %s", stack.refused.c_str());
@@ -203,6 +204,8 @@ bool stack_read(const Stack &stack, void *samples, size_t bytes, const vit_log *
                                           : lattice_read(stack, k, samples, clamped, why);
         if (!done && !loop.failed.exchange(true))
             vit_error(log, "%s: %s", one_line(stack.slices[k]->file.path).c_str(), one_line(why).c_str());
+        if (done && sink && stack.origins.empty())
+            sink->ready(sink->user, k, k + 1);
         clamped_all += clamped;
         loop.step();
     }
@@ -261,12 +264,13 @@ ptrdiff_t vit_dicom_scan_choose(const struct vit_dicom_scan *scan, const char *s
 }
 
 bool vit_dicom_stack_read(const struct vit_dicom_scan *scan, size_t index, void *samples, size_t bytes,
-                          const struct vit_log *log, const struct vit_progress *progress)
+                          const struct vit_slice_sink *sink, const struct vit_log *log,
+                          const struct vit_progress *progress)
 {
     if (!scan || index >= scan->stacks.size() || !samples)
         return false;
     try {
-        return stack_read(*scan->stacks[index], samples, bytes, log, progress);
+        return stack_read(*scan->stacks[index], samples, bytes, sink, log, progress);
     } catch (...) {
         vit_error(log, "dicom: not enough memory to read");
         return false;

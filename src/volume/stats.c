@@ -1,5 +1,5 @@
-/* stats: brick minima and maxima with their one-voxel apron, and the histogram. Everything is integer arithmetic, so
- * the result does not depend on the number of threads. */
+/* stats: brick minima and maxima with their one-voxel apron, slice by slice as they come, and the histogram. Everything
+ * is integer arithmetic, so the result does not depend on the number of threads. */
 #include "volume_private.h"
 
 #include <omp.h>
@@ -33,48 +33,82 @@ static void fold_line(int16_t *restrict low, int16_t *restrict high, const int16
     }
 }
 
-/* A row of bricks along x: the lines of its cross-section are folded into one, then cut into bricks. */
-static void brick_row(struct vit_volume *volume, size_t bj, size_t bk, int16_t *low, int16_t *high)
+/* One slice's share in the bricks of its layer, and of those next to it: [bj·bricks[0] + bi], as if signed. The lines
+ * of a row of bricks are folded into one, then cut into bricks. */
+static void slice_bricks(struct vit_volume *volume, size_t k, int16_t *low, int16_t *high)
 {
     const size_t *n = volume->info.n, *bricks = volume->stats.bricks;
-    const int16_t *samples = volume->samples;
+    const int16_t *samples = (const int16_t *)volume->samples + k * n[0] * n[1];
     const int16_t flip = flip_of(volume->info.sample);
-    const int32_t back = volume->info.sample == VIT_SAMPLE_U16 ? 32768 : 0;
-    size_t first[3], end[3];
-    brick_span(bj, n[1], &first[1], &end[1]);
-    brick_span(bk, n[2], &first[2], &end[2]);
-    for (size_t i = 0; i < n[0]; i++) {
-        low[i] = INT16_MAX;
-        high[i] = INT16_MIN;
-    }
-    for (size_t k = first[2]; k < end[2]; k++)
-        for (size_t j = first[1]; j < end[1]; j++)
-            fold_line(low, high, samples + (k * n[1] + j) * n[0], n[0], flip);
-    for (size_t b = 0; b < bricks[0]; b++) {
-        brick_span(b, n[0], &first[0], &end[0]);
-        int16_t least = INT16_MAX, greatest = INT16_MIN;
-        for (size_t i = first[0]; i < end[0]; i++) {
-            least = low[i] < least ? low[i] : least;
-            greatest = high[i] > greatest ? high[i] : greatest;
+    struct vit_slice_bricks *out = volume->slice_bricks + k * bricks[0] * bricks[1];
+    for (size_t bj = 0; bj < bricks[1]; bj++) {
+        size_t first, end;
+        brick_span(bj, n[1], &first, &end);
+        for (size_t i = 0; i < n[0]; i++) {
+            low[i] = INT16_MAX;
+            high[i] = INT16_MIN;
         }
-        size_t at = (bk * bricks[1] + bj) * bricks[0] + b;
-        volume->brick_min[at] = least + back;
-        volume->brick_max[at] = greatest + back;
+        for (size_t j = first; j < end; j++)
+            fold_line(low, high, samples + j * n[0], n[0], flip);
+        for (size_t b = 0; b < bricks[0]; b++, out++) {
+            brick_span(b, n[0], &first, &end);
+            int16_t least = INT16_MAX, greatest = INT16_MIN;
+            for (size_t i = first; i < end; i++) {
+                least = low[i] < least ? low[i] : least;
+                greatest = high[i] > greatest ? high[i] : greatest;
+            }
+            *out = (struct vit_slice_bricks){least, greatest};
+        }
+    }
+    volume->slice_done[k] = 1;
+}
+
+void vit_volume_slice_ready(struct vit_volume *volume, size_t k)
+{
+    const size_t n = volume->info.n[0];
+    int16_t *lines = volume->finished ? NULL : vit_alloc(2 * n, sizeof *lines);
+    if (lines) /* else it is done when the volume is finished */
+        slice_bricks(volume, k, lines, lines + n);
+    vit_free(lines);
+}
+
+/* A layer of bricks, from its slices'. */
+static void layer_bricks(struct vit_volume *volume, size_t bk)
+{
+    const size_t layer = volume->stats.bricks[0] * volume->stats.bricks[1];
+    const int32_t back = volume->info.sample == VIT_SAMPLE_U16 ? 32768 : 0;
+    size_t first, end;
+    brick_span(bk, volume->info.n[2], &first, &end);
+    for (size_t b = 0; b < layer; b++) {
+        int16_t least = INT16_MAX, greatest = INT16_MIN;
+        for (size_t k = first; k < end; k++) {
+            const struct vit_slice_bricks *slice = &volume->slice_bricks[k * layer + b];
+            least = slice->least < least ? slice->least : least;
+            greatest = slice->greatest > greatest ? slice->greatest : greatest;
+        }
+        volume->brick_min[bk * layer + b] = least + back;
+        volume->brick_max[bk * layer + b] = greatest + back;
     }
 }
 
 static void compute_bricks(struct vit_volume *volume, int16_t *lines, int threads)
 {
     struct vit_volume_stats *s = &volume->stats;
-    const size_t n = volume->info.n[0], rows = s->bricks[1] * s->bricks[2];
-#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
-    for (size_t row = 0; row < rows; row++) {
+    const size_t n = volume->info.n[0];
+#pragma omp parallel num_threads(threads)
+    {
         int16_t *mine = lines + (size_t)omp_get_thread_num() * 2 * n;
-        brick_row(volume, row % s->bricks[1], row / s->bricks[1], mine, mine + n);
+#pragma omp for schedule(dynamic, 1)
+        for (size_t k = 0; k < volume->info.n[2]; k++)
+            if (!volume->slice_done[k])
+                slice_bricks(volume, k, mine, mine + n);
+#pragma omp for schedule(dynamic, 1)
+        for (size_t bk = 0; bk < s->bricks[2]; bk++)
+            layer_bricks(volume, bk);
     }
     s->raw_min = INT32_MAX;
     s->raw_max = INT32_MIN;
-    for (size_t i = 0; i < rows * s->bricks[0]; i++) {
+    for (size_t i = 0; i < s->bricks[0] * s->bricks[1] * s->bricks[2]; i++) {
         s->raw_min = volume->brick_min[i] < s->raw_min ? volume->brick_min[i] : s->raw_min;
         s->raw_max = volume->brick_max[i] > s->raw_max ? volume->brick_max[i] : s->raw_max;
     }
@@ -86,15 +120,22 @@ static int thread_count(void)
     return threads > THREADS_MAX ? THREADS_MAX : threads;
 }
 
+bool vit_volume_stats_init(struct vit_volume *volume)
+{
+    struct vit_volume_stats *s = &volume->stats;
+    for (int c = 0; c < 3; c++)
+        s->bricks[c] = (volume->info.n[c] + VIT_BRICK - 1) / VIT_BRICK;
+    /* Fewer than the samples, which fit. */
+    volume->slice_done = vit_alloc_zero(volume->info.n[2], 1);
+    volume->slice_bricks = vit_alloc(s->bricks[0] * s->bricks[1] * volume->info.n[2], sizeof *volume->slice_bricks);
+    return volume->slice_done && volume->slice_bricks;
+}
+
 bool vit_volume_stats_compute(struct vit_volume *volume, const struct vit_log *log)
 {
     struct vit_volume_stats *s = &volume->stats;
-    int threads = thread_count();
-    size_t count = 1;
-    for (int c = 0; c < 3; c++) {
-        s->bricks[c] = (volume->info.n[c] + VIT_BRICK - 1) / VIT_BRICK;
-        count *= s->bricks[c]; /* less than the samples, which fit */
-    }
+    const int threads = thread_count();
+    const size_t count = s->bricks[0] * s->bricks[1] * s->bricks[2];
     int16_t *lines = vit_alloc((size_t)threads * 2 * volume->info.n[0], sizeof(*lines));
     vit_free(volume->brick_min);
     vit_free(volume->brick_max);
@@ -109,6 +150,7 @@ bool vit_volume_stats_compute(struct vit_volume *volume, const struct vit_log *l
         s->hu_max = a < b ? b : a;
         s->brick_min = volume->brick_min;
         s->brick_max = volume->brick_max;
+        vit_volume_stats_forget(volume);
     } else {
         vit_error(log,
                   "volume: no memory for the statistics of %zu bricks; close other programs or use a smaller stack",
@@ -116,6 +158,14 @@ bool vit_volume_stats_compute(struct vit_volume *volume, const struct vit_log *l
     }
     vit_free(lines);
     return done;
+}
+
+void vit_volume_stats_forget(struct vit_volume *volume)
+{
+    vit_free(volume->slice_bricks);
+    vit_free(volume->slice_done);
+    volume->slice_bricks = NULL;
+    volume->slice_done = NULL;
 }
 
 /* counts: threads·VALUES zeros; a raw value's place is its low 16 bits. */

@@ -98,7 +98,7 @@ struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const s
     if (most > 0 && vit_volume_info_bytes(info) > most)
         goto fail;
     volume->samples = vit_alloc(vit_volume_info_bytes(info), 1);
-    if (!volume->samples)
+    if (!volume->samples || !vit_volume_stats_init(volume))
         goto fail;
     return volume;
 fail:
@@ -131,6 +131,7 @@ void vit_volume_destroy(struct vit_volume **volume)
     vit_free((*volume)->samples);
     vit_free((*volume)->brick_min);
     vit_free((*volume)->brick_max);
+    vit_volume_stats_forget(*volume);
     vit_free(*volume);
     *volume = NULL;
 }

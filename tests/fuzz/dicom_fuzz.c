@@ -21,7 +21,7 @@ static void read_stack(const struct vit_dicom_scan *scan, size_t index, size_t f
         abort();
     void *samples = need <= 1 << 22 ? vit_alloc(need, 1) : NULL;
     if (samples)
-        (void)!vit_dicom_stack_read(scan, index, samples, need, NULL, NULL);
+        (void)!vit_dicom_stack_read(scan, index, samples, need, NULL, NULL, NULL);
     vit_free(samples);
 }
 

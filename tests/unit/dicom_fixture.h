@@ -239,7 +239,7 @@ static inline void *test_read(const struct vit_dicom_scan *scan, size_t index, c
     size_t bytes = vit_volume_info_bytes(info);
     void *samples = vit_alloc(bytes, 1);
     assert_non_null(samples);
-    if (!vit_dicom_stack_read(scan, index, samples, bytes, log, NULL)) {
+    if (!vit_dicom_stack_read(scan, index, samples, bytes, NULL, log, NULL)) {
         vit_free(samples);
         return NULL;
     }

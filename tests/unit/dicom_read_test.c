@@ -1,5 +1,6 @@
 /* Folders of DICOM files into stacks and samples: grouping, order, geometry, values, and everything that is refused. */
 #include <math.h>
+#include <stdatomic.h>
 
 #include "dicom_fixture.h"
 
@@ -602,6 +603,36 @@ static void nested_beyond_reason(void **state)
     }
 }
 
+static void count_slices(void *user, size_t first, size_t end)
+{
+    atomic_int *heard = user;
+    assert_true(first < end && end <= 3);
+    for (size_t k = first; k < end; k++)
+        atomic_fetch_add(&heard[k], 1);
+}
+
+/* Whoever asks hears of every slice once, when it is there; of none that is made from others. */
+static void slices_are_told(void **state)
+{
+    (void)state;
+    struct test_log log;
+    for (int uneven = 0; uneven < 2; uneven++) {
+        atomic_int heard[3] = {0, 0, 0};
+        const struct vit_slice_sink sink = {count_slices, heard};
+        write_line(3, uneven ? (double[]){0, 1, 2.5} : (double[]){0, 1, 2}, (const char *[]){"a", "b", "c"});
+        struct vit_dicom_scan *scan = one_stack(&log, NULL);
+        const struct vit_dicom_stack *stack = vit_dicom_scan_stack(scan, 0);
+        assert_true(stack->readable);
+        const size_t bytes = vit_volume_info_bytes(&stack->info);
+        void *room = malloc(bytes);
+        assert_true(room && vit_dicom_stack_read(scan, 0, room, bytes, &sink, test_log_init(&log), NULL));
+        for (int k = 0; k < 3; k++)
+            assert_int_equal(atomic_load(&heard[k]), uneven ? 0 : 1);
+        free(room);
+        vit_dicom_scan_destroy(&scan);
+    }
+}
+
 static bool stop_at_once(void *user, const char *task, uint64_t done, uint64_t total)
 {
     (void)user, (void)task, (void)done, (void)total;
@@ -619,10 +650,10 @@ static void cancelling(void **state)
     assert_non_null(strstr(log.text, "cancelled"));
     struct vit_dicom_scan *scan = one_stack(&log, NULL);
     int16_t samples[36];
-    assert_false(vit_dicom_stack_read(scan, 0, samples, sizeof samples, test_log_init(&log), &progress));
+    assert_false(vit_dicom_stack_read(scan, 0, samples, sizeof samples, NULL, test_log_init(&log), &progress));
     assert_non_null(strstr(log.text, "cancelled"));
-    assert_false(vit_dicom_stack_read(scan, 0, samples, sizeof samples - 2, test_log_init(&log), NULL));
-    assert_false(vit_dicom_stack_read(scan, 1, samples, sizeof samples, NULL, NULL));
+    assert_false(vit_dicom_stack_read(scan, 0, samples, sizeof samples - 2, NULL, test_log_init(&log), NULL));
+    assert_false(vit_dicom_stack_read(scan, 1, samples, sizeof samples, NULL, NULL, NULL));
     vit_dicom_scan_destroy(&scan);
 }
 
@@ -638,7 +669,7 @@ static void every_acquisition_can_fail(void **state)
         if (scan && vit_dicom_scan_stack_count(scan) && vit_dicom_scan_stack(scan, 0)->readable) {
             int16_t samples[36];
             size_t bytes = vit_volume_info_bytes(&vit_dicom_scan_stack(scan, 0)->info);
-            (void)!vit_dicom_stack_read(scan, 0, samples, bytes, &log.log, NULL);
+            (void)!vit_dicom_stack_read(scan, 0, samples, bytes, NULL, &log.log, NULL);
         }
         vit_dicom_scan_destroy(&scan);
     }
@@ -669,6 +700,7 @@ int main(void)
         TEST(odd_paths),
         TEST(loops_fifos_and_links_do_no_harm),
         TEST(nested_beyond_reason),
+        TEST(slices_are_told),
         TEST(cancelling),
         TEST(every_acquisition_can_fail),
     };

@@ -62,8 +62,8 @@ static struct vit_volume *through_dicom(struct vit_volume *volume, bool tilted)
     assert_string_equal(stack->refused, "");
     assert_int_equal(test_has_warning(stack, "gantry-tilt"), tilted);
     struct vit_volume *read = vit_volume_create(&stack->info, NULL);
-    assert_true(
-        vit_dicom_stack_read(scan, 0, vit_volume_samples_mut(read), vit_volume_info_bytes(&stack->info), NULL, NULL));
+    assert_true(vit_dicom_stack_read(scan, 0, vit_volume_samples_mut(read), vit_volume_info_bytes(&stack->info), NULL,
+                                     NULL, NULL));
     assert_true(vit_volume_finish(read, NULL));
     vit_dicom_scan_destroy(&scan);
     test_folder_remove(folder);

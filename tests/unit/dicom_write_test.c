@@ -56,7 +56,7 @@ static struct vit_volume *read_back(const char *path, struct test_log *log)
     assert_true(stack->readable);
     struct vit_volume *volume = vit_volume_create(&stack->info, &log->log);
     assert_non_null(volume);
-    assert_true(vit_dicom_stack_read(scan, 0, vit_volume_samples_mut(volume), vit_volume_info_bytes(&stack->info),
+    assert_true(vit_dicom_stack_read(scan, 0, vit_volume_samples_mut(volume), vit_volume_info_bytes(&stack->info), NULL,
                                      &log->log, NULL));
     assert_true(vit_volume_finish(volume, &log->log));
     vit_dicom_scan_destroy(&scan);

@@ -297,7 +297,7 @@ static void every_acquisition_can_fail(void **state)
         if (vit_dicom_scan_stack_count(scan) && vit_dicom_scan_stack(scan, 0)->readable) {
             int16_t samples[36];
             size_t need = vit_volume_info_bytes(&vit_dicom_scan_stack(scan, 0)->info);
-            (void)!vit_dicom_stack_read(scan, 0, samples, need, NULL, NULL);
+            (void)!vit_dicom_stack_read(scan, 0, samples, need, NULL, NULL, NULL);
         }
         vit_dicom_scan_destroy(&scan);
     }
