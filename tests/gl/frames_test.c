@@ -212,7 +212,8 @@ static void the_screen_shows_the_frame(void **state)
     close_scene(f);
 }
 
-/* What warms up: each size of picture, from where the slabs are most. */
+/* What warms up: each size of picture, from where the slabs are most; on stacks from along and aslant to each of the
+ * three, so that they are there: making one is the work of another thread (beside_test), and acquires what it needs. */
 static void nothing_is_acquired(const char *const *arguments, int argument_count)
 {
     struct fixture *f = open_scene(arguments, argument_count);
@@ -221,6 +222,11 @@ static void nothing_is_acquired(const char *const *arguments, int argument_count
         skip();
     for (int shrink = 1; shrink <= 4; shrink += 3)
         frame(f, "45,35", 1, shrink);
+    static const char *const along[] = {"anterior", "left", "superior"};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(along) && f->scene.plan.path == VIT_PATH_STACKS; i++)
+        for (int shrink = 1; shrink <= 4; shrink += 3)
+            frame(f, along[i], 1, shrink);
+    frame(f, "45,35", 1, 1);
     counting = true;
     acquired = 0;
     /* At rest: the same again. In motion: a turn, rough; then in full. Larger and smaller. */
@@ -245,6 +251,25 @@ static void a_frame_acquires_nothing(void **state)
 static void a_mip_frame_acquires_nothing(void **state)
 {
     static const char *const arguments[] = {"--preset", "mip"};
+    (void)state;
+    nothing_is_acquired(arguments, (int)VIT_ARRAY_LENGTH(arguments));
+}
+
+/* A turn through all switches; HU looked for slice by slice, and with the formats and limits of ES 2. */
+static void a_frame_of_stacks_acquires_nothing(void **state)
+{
+    static const char *const arguments[] = {"--path",       "stacks", "--preset",
+                                            "bone-classic", "--set",  "shading.model=none"};
+    (void)state;
+    nothing_is_acquired(arguments, (int)VIT_ARRAY_LENGTH(arguments));
+}
+
+static void a_frame_of_bytes_acquires_nothing(void **state)
+{
+    static const char *const arguments[] = {"--path",     "stacks",
+                                            "--gl-limit", "texture_norm16=0",
+                                            "--gl-limit", "texture_half_float_linear=0",
+                                            "--gl-limit", "texture_float_linear=0"};
     (void)state;
     nothing_is_acquired(arguments, (int)VIT_ARRAY_LENGTH(arguments));
 }
@@ -320,6 +345,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_screen_shows_the_frame),          cmocka_unit_test(a_frame_acquires_nothing),
         cmocka_unit_test(a_mip_frame_acquires_nothing),        cmocka_unit_test(counting_counts),
+        cmocka_unit_test(a_frame_of_stacks_acquires_nothing),  cmocka_unit_test(a_frame_of_bytes_acquires_nothing),
         cmocka_unit_test(a_preset_leaves_nothing_to_the_next),
     };
     return cmocka_run_group_tests_name("frames", tests, NULL, NULL);
