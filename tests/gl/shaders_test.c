@@ -181,7 +181,7 @@ static void a_broken_shader_is_named_with_its_line(void **state)
         {"slabs.vert", "vec3 a = 1;\n", "shader slabs.vert:2", 2},
         {"common.glsl", "broken\n", "shader common.glsl:3", 3},
         {"prelude_es3.glsl", "broken\n", "shader prelude:2", 2},
-        {"slabs.vert", "out vec4 nobody; in float pass_near_mm;\n", "shader slabs.vert:8", 1},
+        {"slabs.vert", "out vec4 nobody; in float pass_near_mm;\n", "shader slabs.vert:9", 1},
         {"slabs.frag", "VIT_VARYING vec4 missing;\n#define main() main() { VIT_COLOR = missing; } void other()\n",
          "shader slabs:", 1},
     };
