@@ -211,6 +211,9 @@ struct vit_plan {
     double flat_color[3]; /* where table_channels is 1 */
     uint64_t table_bytes;
     double empty_share; /* of all bricks; 0 where nobody counted */
+    /* Bricks at which no slab that shows anything looks are not sent into a 3D texture of HU: those further than so
+     * many bricks from any that reaches visible_hu[0]. 0: all are. */
+    int sent_reach;
     /* SKIP_EMPTY: a texture that says of each brick how far it is to anything to see, of vit_plan_empty_ahead */
     size_t occupancy_n[3];
     enum vit_texel occupancy_texel; /* R8 or R32F; on stacks RGBA8 or R32F */
@@ -286,6 +289,8 @@ void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *vo
  * what vit_plan_occupancy gave; `work` is of the same size. */
 void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy, uint8_t *cells, uint8_t *work);
 
+/* Bricks that a 3D texture has to hold, of a plan with sent_reach: cells[brick] is 255 or 0, in the volume's order. */
+void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 

@@ -45,7 +45,7 @@ static struct vit_plan_costs costs_read(const char *path)
         if (!space || after == space || *after != '\n' || !isfinite(ns))
             continue;
         *space = '\0';
-        for (int i = 0; vit_plan_rules[i].name && i < VIT_PLAN_RULES_MAX; i++)
+        for (int i = 0; i < VIT_PLAN_RULES_MAX && vit_plan_rules[i].name; i++)
             if (strcmp(vit_plan_rules[i].name, line) == 0) {
                 costs.rules[i].known = true;
                 costs.rules[i].ns = ns;
@@ -62,7 +62,7 @@ static void costs_write(const struct vit_plan_costs *costs, const char *path)
     if (!file)
         return;
     bool good = true;
-    for (int i = 0; vit_plan_rules[i].name && i < VIT_PLAN_RULES_MAX; i++)
+    for (int i = 0; i < VIT_PLAN_RULES_MAX && vit_plan_rules[i].name; i++)
         if (costs->rules[i].known)
             good =
                 fprintf(vit_outfile_stream(file), "%s %.9g\n", vit_plan_rules[i].name, costs->rules[i].ns) > 0 && good;

@@ -47,7 +47,7 @@ void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *r
 /* A rule's place in vit_plan_rules; -1: none. */
 static int place_of(const char *rule)
 {
-    for (int i = 0; rule && vit_plan_rules[i].name && i < VIT_PLAN_RULES_MAX; i++)
+    for (int i = 0; rule && i < VIT_PLAN_RULES_MAX && vit_plan_rules[i].name; i++)
         if (strcmp(vit_plan_rules[i].name, rule) == 0)
             return i;
     return -1;

@@ -266,6 +266,68 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
     }
 }
 
+/* What is not sent is 0 in the texture, which has to be as invisible as what should be there: at or below
+ * visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated across. Slabs that
+ * show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces are looked at two
+ * slabs further (fitted lines), by voxels one further. Only GLs that zero their textures themselves: of a CPU, to be
+ * safe. */
+void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
+{
+    const struct vit_volume_info *info = vit_volume_get_info(request->volume);
+    const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
+    const struct emptiness emptiness = emptiness_make(plan, request->volume);
+    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->classify == VIT_CLASSIFY_PRE ||
+        !request->caps.software || vit_plan_keeps(request, VIT_RULE_UNSENT))
+        return;
+    if (info->slope <= 0 || plan->raw_origin > emptiness.low || stats->raw_min >= emptiness.low)
+        return;
+    const double voxels = 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
+    const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
+    plan->sent_reach = (int)fmin(255, ceil(voxels / VIT_BRICK));
+    size_t reached = 0;
+    for (size_t brick = 0; brick < count; brick++)
+        reached += stats->brick_max[brick] > emptiness.low;
+    if (reached < count)
+        vit_plan_leave_out(plan, 0, "sending what is invisible",
+                           "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
+                           100.0 * (double)(count - reached) / (double)count);
+    if (reached < count)
+        vit_plan_by_rule(plan, VIT_RULE_UNSENT, 0);
+}
+
+/* cells[] along one axis: each takes the most of those up to `reach` away. */
+static void spread_line(uint8_t *cells, size_t count, size_t stride, size_t reach)
+{
+    size_t last = SIZE_MAX; /* the last one that was 255, before any was spread */
+    for (size_t i = 0; i < count; i++) {
+        uint8_t *cell = cells + i * stride;
+        last = *cell == 255 ? i : last;
+        *cell = *cell == 255 ? 255 : last != SIZE_MAX && i - last <= reach ? 254 : 0;
+    }
+    last = SIZE_MAX;
+    for (size_t i = count; i-- > 0;) {
+        uint8_t *cell = cells + i * stride;
+        last = *cell == 255 ? i : last;
+        *cell = *cell || (last != SIZE_MAX && last - i <= reach) ? (*cell == 255 ? 255 : 254) : 0;
+    }
+    for (size_t i = 0; i < count; i++)
+        cells[i * stride] = cells[i * stride] ? 255 : 0;
+}
+
+void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+{
+    const struct emptiness emptiness = emptiness_make(plan, volume);
+    const size_t *n = emptiness.stats->bricks, row = n[0], layer = n[0] * n[1], reach = (size_t)plan->sent_reach;
+    for (size_t brick = 0; brick < layer * n[2]; brick++)
+        cells[brick] = emptiness.stats->brick_max[brick] > emptiness.low ? 255 : 0;
+    for (size_t line = 0; line < n[1] * n[2]; line++)
+        spread_line(cells + line * row, n[0], 1, reach);
+    for (size_t line = 0; line < n[0] * n[2]; line++)
+        spread_line(cells + line / n[0] * layer + line % n[0], n[1], row, reach);
+    for (size_t line = 0; line < layer; line++)
+        spread_line(cells + line, n[2], layer, reach);
+}
+
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
 {
     const struct vit_volume_stats *stats = vit_volume_get_stats(volume);

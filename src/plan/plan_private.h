@@ -16,6 +16,7 @@
 #define VIT_RULE_ONE_STACK    "one-stack"
 #define VIT_RULE_STILL        "still"
 #define VIT_RULE_OVERLAY      "overlay"
+#define VIT_RULE_UNSENT       "unsent"
 #define VIT_RULE_CPU_STRETCH  "cpu-stretch"
 /* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
  * the diagonal between two axes. */
@@ -108,6 +109,7 @@ VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, c
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */
+void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request);
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* costs.c: how many fragments there are, are left, and show; of a plan that is complete. */

@@ -177,6 +177,10 @@ struct vit_texture3d {
     size_t n[3];
     uint64_t made_from, lit_from;
     uint64_t bytes;
+    /* Bricks that are there (255): at least those of vit_plan_sent_bricks for these; NULL: all. */
+    uint8_t *sent;
+    double sent_hu;
+    int sent_reach;
 };
 /* shade: of the same plan; used where texels are lit beforehand. */
 VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,

@@ -103,7 +103,7 @@ static void weigh(float share, bool cubic, float out[TAPS])
         return;
     }
     const float way[2] = {share, rest};
-    for (int i = 0; i < 2; i++) {
+    for (size_t i = 0; i < 2; i++) {
         const float near = way[i], far = 1 + near;
         out[1 + i] = (16 + near * near * (21 * near - 36)) / 18;
         out[3 * i] = (32 + far * (-60 + far * (36 - 7 * far))) / 18;

@@ -334,9 +334,11 @@ static void stacks_plot(struct scene *scene)
     }
     for (size_t i = 0; i < scene->line_count; i++) {
         const struct line *line = &scene->lines[i];
-        if (line->beside)
-            series[count++] = (struct report_series){
-                line->beside, ms + line->first, rms + line->first, line->count, count > 1, true, (int)count + 1};
+        if (!line->beside)
+            continue;
+        series[count] = (struct report_series){
+            line->beside, ms + line->first, rms + line->first, line->count, count > 1, true, (int)count + 1};
+        count++;
     }
     report_plot_write(&scene->report, &(struct report_plot){.file = "stacks.svg",
                                                             .title = "Stacks of 2D textures beside 3D textures",

@@ -34,6 +34,14 @@ static inline bool fixture_load(struct fixture *f, const char *phantom)
     return f->renderer;
 }
 
+/* Another renderer of the same volume. */
+static inline bool fixture_renew(struct fixture *f)
+{
+    vit_renderer_destroy(&f->renderer);
+    f->renderer = vit_renderer_create(f->gl, f->volume);
+    return f->renderer;
+}
+
 static int fixture_setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);

@@ -65,6 +65,7 @@ static const struct rule {
 } rules[] = {
     {"empty-border", 0, false, false, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
     {"empty-space", 0, false, false, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
+    {"unsent", 0, false, false, 0, 7, 0, 2, VIT_PATH_3D, false, false, false},
     {"opaque-front", 1.0 / 65536, false, true, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
     {"flat-color", 1e-6, false, false, 1, 1, 2, 1, VIT_PATH_3D, false, false, false},
     {"mono", 0, false, false, 5, 1, 3, 1, VIT_PATH_3D, false, false, false},
@@ -126,6 +127,10 @@ static struct vit_plan plan_of(struct fixture *f, const struct rule *rule, const
 static struct vit_frame draw(struct fixture *f, const struct rule *rule, const struct way *way, bool keep)
 {
     struct vit_plan plan = plan_of(f, rule, way, keep, 0);
+    if (strcmp(rule->name, "unsent") == 0) {
+        assert_true((plan.sent_reach > 0) == !keep);
+        assert_true(fixture_renew(f)); /* whose texture holds nothing yet */
+    }
     if (strcmp(rule->name, "still") == 0) {
         struct vit_frame first = fixture_draw(f, &plan);
         vit_frame_clear(&first);

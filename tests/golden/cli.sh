@@ -212,6 +212,8 @@ if command -v python3 >/dev/null; then
     has_json "bench --json has the fields that the design names" bench phantom:block --frames 2 --size 32x32 --json
     keys='path path_why texel target slab_mm slab_count left_out fragments_left fragments_visible visible_share'
     has_json "plan --json" plan phantom:block --json
+    # Called by name.
+    # shellcheck disable=SC2317
     knows() {
         VITRINE_CACHE=$d/savings "$VITRINE" plan phantom:block --json "$@" 2>"$tap_out" | python3 -c '
 import json, sys

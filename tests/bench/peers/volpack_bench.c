@@ -2,11 +2,11 @@
  *   volpack_bench RAW NX NY NZ DX DY DZ SIZE FRAMES TABLE SHADE AZIMUTH OUT.ppm
  * Voxels are little-endian int16 HU whose axes run L, P, S. HU are quantised to 8 bits over [-1024, 3071], as VolPack's
  * classifier wants; opacity is per slice along x and y. Everything is white: VolPack's colours belong to materials, not
- * to HU, so unlit its picture is the opacity. After one frame, FRAMES frames of a full turn from AZIMUTH on are timed, and
- * one more with a transfer function that has moved by a HU; with 0 only the picture at AZIMUTH is made. Debian:
+ * to HU, so unlit its picture is the opacity. After one frame, FRAMES frames of a full turn from AZIMUTH on are timed,
+ * and one more with a transfer function that has moved by a HU; with 0 only the picture at AZIMUTH is made. Debian:
  * libvolpack1-dev. */
 #include <math.h>
-#include <stddef.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,11 +132,11 @@ static struct took draw(vpContext *context)
     return (struct took){clock_ms(CLOCK_MONOTONIC) - start, clock_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu};
 }
 
-static void print_all(const char *name, const struct took *frames, int count, size_t offset)
+static void print_all(const char *name, const struct took *frames, int count, bool cpu)
 {
     printf("\"%s\": [", name);
     for (int i = 0; i < count; i++)
-        printf("%s%.3f", i ? ", " : "", *(const double *)((const char *)&frames[i] + offset));
+        printf("%s%.3f", i ? ", " : "", cpu ? frames[i].cpu_ms : frames[i].ms);
     printf("], ");
 }
 
@@ -217,8 +217,8 @@ int main(int argc, char **argv)
     (void)draw(context);
     changed = clock_ms(CLOCK_MONOTONIC) - changed;
     printf("{\"program\": \"VolPack\", ");
-    print_all("frame_ms", took, frames, offsetof(struct took, ms));
-    print_all("frame_cpu_ms", took, frames, offsetof(struct took, cpu_ms));
+    print_all("frame_ms", took, frames, false);
+    print_all("frame_cpu_ms", took, frames, true);
     printf("\"load_ms\": %.1f, \"changed_ms\": %.2f, \"memory_mb\": %.1f}\n", load_ms, changed, memory_mb());
     return 0;
 }
