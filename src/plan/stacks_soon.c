@@ -109,7 +109,8 @@ void vit_plan_stacks_beside(struct vit_plan *plan, const struct vit_plan_request
         uint64_t bytes = bytes_of(all, asked | axes_of(drawn, count));
         bool fits = plan->texture_limit == 0 || bytes <= plan->texture_limit;
         if (!fits && (count == 0 || !holds_on(plan, request, &drawn[0]))) {
-            plan->soon_count = 0; /* the picture waits for it */
+            /* What is there goes, and the last picture stays until what is asked for is made. */
+            plan->makeshift = plan->waits = true;
             return;
         }
         plan->soon_count = fits ? plan->soon_count : 0;

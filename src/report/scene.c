@@ -19,7 +19,7 @@
 
 /* One way to draw the scene. */
 struct candidate {
-    char name[40], options[256];
+    char name[56], options[256];
     double ms, rms, max;
     struct report_setting setting; /* of what GL drew; else slices_per_voxel is 0 */
     bool beside;                   /* of the lines that stand beside each other: timed with the best */
@@ -27,7 +27,7 @@ struct candidate {
 };
 /* The same at several numbers of slabs: a line of the plot. */
 struct line {
-    char name[28];
+    char name[44];
     size_t first, count; /* candidates */
     bool dashed;
     int color;
@@ -81,7 +81,7 @@ static bool measure_one(struct scene *scene, struct line *line, const struct rep
                         enum vit_target target, const char *case_name)
 {
     struct vit_plan plan;
-    char name[40];
+    char name[56];
     if (!report_stage_plan(&scene->stage, setting, &plan) || (target != VIT_TARGET_UNKNOWN && plan.target != target))
         return true;
     snprintf(name, sizeof name, "%s %.4g", line->name, setting->slices_per_voxel);

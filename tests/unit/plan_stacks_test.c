@@ -315,7 +315,7 @@ static void one_view_takes_one_stack(void **state)
 struct loop {
     unsigned there;
     int axis, left; /* what is being made, and for how many frames more; -1: nothing is */
-    int made, waited, makeshifts;
+    int made, at_once, waited, makeshifts;
 };
 
 /* One frame: a stack takes `frames` of them to be made; what no longer fits goes. */
@@ -332,6 +332,7 @@ static struct vit_plan loop_frame(struct scene *scene, struct loop *loop, double
         assert_true(there || !plan.makeshift);
         loop->waited += !there; /* made at once, by the loop itself */
         loop->made += !there;
+        loop->at_once += !there;
         bytes += plan.stacks[i].layout.texels.bytes;
     }
     unsigned held = 0;
@@ -421,6 +422,16 @@ static void to_and_fro_makes_nothing_anew(void **state)
             assert_int_equal(loop.waited, 0);
             assert_int_equal(loop.made, limits[l] == 6 ? 0 : 1);
         }
+    /* Half a turn with room for one: the next is made beside the loop, too, with nothing to be drawn meanwhile. */
+    struct loop loop = {.there = 1u << 1, .axis = -1};
+    scene->request.caps.max_texture_mib = 6;
+    for (int i = 0; i < 400; i++)
+        (void)loop_frame(scene, &loop, 0.5 * i, 10);
+    print_message("# room for one, half a turn: %d stacks made, %d of them at once, %d frames waited\n", loop.made,
+                  loop.at_once, loop.waited);
+    assert_int_equal(loop.at_once, 0);
+    assert_int_equal(loop.made, 2);
+    assert_true(loop.waited >= 2 * 10 && loop.waited <= 2 * 12);
     scene->request.moving = false;
     scene->request.caps.max_texture_mib = 0;
 }
