@@ -24,7 +24,7 @@
     X(fragments, "segments or fragments worked out")
 
 struct report_row {
-    char suite[16], case_name[64], method[40];
+    char suite[16], case_name[64], method[56];
 #define REPORT_FIELD(name, help) double name;
     REPORT_NUMBERS(REPORT_FIELD)
 #undef REPORT_FIELD

@@ -19,7 +19,7 @@
 
 /* One way to draw the scene. */
 struct candidate {
-    char name[56], options[256];
+    char name[56], options[640];
     double ms, rms, max;
     struct report_setting setting; /* of what GL drew; else slices_per_voxel is 0 */
     bool beside;                   /* of the lines that stand beside each other: timed with the best */
@@ -271,6 +271,9 @@ static void answer(struct scene *scene)
 {
     struct report_point points[CANDIDATES_MOST];
     size_t count = points_of(scene, points);
+    for (size_t i = 0; i < count; i++) /* the other context only stands beside this one: no option leads to it */
+        if (scene->candidates[i].setting.es2)
+            points[i].x = points[i].y = INFINITY;
     double budget = budget_of(scene);
     double bound = scene->given->max_error > 0 ? scene->given->max_error : MAX_ERROR;
     size_t error = report_least_error(points, count, budget), time = report_least_time(points, count, bound);
