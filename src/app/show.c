@@ -143,9 +143,10 @@ static bool draw_soon(struct show *show)
  * and light may follow. */
 static bool warm_up(struct show *show, bool later)
 {
-    struct vit_view corner = show->view;
+    struct vit_view corner = show->view, straight = show->view;
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
+    straight.azimuth_rad = straight.elevation_rad = straight.roll_rad = 0;
     show->scene.moving = false; /* the light is this preset's, not the last one's */
     show->scene.beside = false; /* the first picture needs its stack at once */
     show->scene.later = false;
@@ -161,6 +162,10 @@ static bool warm_up(struct show *show, bool later)
     double probe_ms = show->drawer.stats.frame_ms;
     double budget_ms = show->app->settings->budget_ms;
     show->pace = app_pace_make(budget_ms > 0 ? budget_ms : MOVING_MS, probe_ms, SHRINK_PROBE);
+    /* Stacks have a program for rays along them and one for rays aslant. */
+    if (show->scene.plan.path == VIT_PATH_STACKS &&
+        (!prepare(show, &straight, show->pace.shrink) || !prepare(show, &straight, 1)))
+        return false;
     if (!prepare(show, &corner, show->pace.shrink) || !prepare(show, &corner, 1))
         return false;
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
