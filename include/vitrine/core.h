@@ -251,6 +251,7 @@ void vit_camera_ray(const struct vit_camera *camera, double column, double row, 
 struct vit_caps {
     char vendor[64], renderer[128], version[128];
     bool software; /* a CPU rasteriser (llvmpipe, softpipe, swrast) */
+    bool zeroes;   /* textures are 0 before anything is sent (llvmpipe); GL promises nothing */
 #define VIT_CAPS_FIELD(type, name, help) type name;
     VIT_CAPS_LIMITS(VIT_CAPS_FIELD)
 #undef VIT_CAPS_FIELD

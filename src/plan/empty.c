@@ -266,33 +266,35 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
     }
 }
 
+/* Twice what rays in parallel need: those that diverge go further between two faces, by 1/cos. */
+#define UNSENT_SLACK 2
+
 /* What is not sent is 0 in the texture, which has to be as invisible as what should be there: at or below
  * visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated across. Slabs that
  * show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces are looked at two
- * slabs further (fitted lines), by voxels one further. Only GLs that zero their textures themselves: of a CPU, to be
- * safe. */
+ * slabs further (fitted lines), voxels one further. */
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     const struct emptiness emptiness = emptiness_make(plan, request->volume);
     if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->classify == VIT_CLASSIFY_PRE ||
-        !request->caps.software || vit_plan_keeps(request, VIT_RULE_UNSENT))
+        !request->caps.zeroes || vit_plan_keeps(request, VIT_RULE_UNSENT))
         return;
     if (info->slope <= 0 || plan->raw_origin > emptiness.low || stats->raw_min >= emptiness.low)
         return;
-    const double voxels = 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
+    const double voxels = UNSENT_SLACK * 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
     const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
     plan->sent_reach = (int)fmin(255, ceil(voxels / VIT_BRICK));
     size_t reached = 0;
     for (size_t brick = 0; brick < count; brick++)
         reached += stats->brick_max[brick] > emptiness.low;
-    if (reached < count)
+    if (reached < count) {
         vit_plan_leave_out(plan, 0, "sending what is invisible",
                            "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
                            100.0 * (double)(count - reached) / (double)count);
-    if (reached < count)
         vit_plan_by_rule(plan, VIT_RULE_UNSENT, 0);
+    }
 }
 
 /* cells[] along one axis: each takes the most of those up to `reach` away. */

@@ -287,6 +287,50 @@ static void check_ahead(struct vit_plan *plan, uint8_t *cells)
                   sum / (double)count);
 }
 
+/* All that a slab which shows anything can look at: here the cube's bricks, 2 and 3 of each axis, and neighbours as far
+ * as slabs are thick. Only where textures are 0 to begin with, and what is 0 is as invisible. */
+static void what_is_invisible_is_not_sent(void **state)
+{
+    static const struct {
+        bool zeroes, keep;
+        enum vit_classify classify;
+        double rate, first_hu;
+        int reach;
+    } cases[] = {{true, false, VIT_CLASSIFY_SLAB, 1, -1000, 1},    {true, false, VIT_CLASSIFY_POST, 1, -1000, 1},
+                 {true, false, VIT_CLASSIFY_SLAB, 0.25, -1000, 3}, {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 0},
+                 {true, true, VIT_CLASSIFY_SLAB, 1, -1000, 0},     {true, false, VIT_CLASSIFY_PRE, 1, -1000, 0},
+                 {true, false, VIT_CLASSIFY_SLAB, 1, -2000, 0}}; /* air shows */
+    static const char *const keep[] = {"unsent"};
+    struct scene *scene = *state;
+    uint8_t cells[8 * 6 * 5];
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_plan_request request = ask(scene);
+        request.caps.zeroes = cases[i].zeroes;
+        request.keep = keep;
+        request.keep_count = cases[i].keep;
+        scene->preset.sampling.classify = cases[i].classify;
+        scene->preset.sampling.slices_per_voxel = cases[i].rate;
+        scene->points[0].hu = cases[i].first_hu;
+        scene->points[0].value = cases[i].first_hu < -1000 ? 0.1 : 0;
+        struct vit_plan plan = make(scene, &request);
+        assert_int_equal(plan.sent_reach, cases[i].reach);
+        assert_true(leaves_out(&plan, "sending what is invisible") == (cases[i].reach > 0));
+        if (cases[i].reach == 0)
+            continue;
+        vit_plan_sent_bricks(&plan, scene->volume, cells);
+        for (int brick = 0; brick < 8 * 6 * 5; brick++) {
+            const int at[3] = {brick % 8, brick / 8 % 6, brick / 48};
+            bool wanted = true;
+            for (int axis = 0; axis < 3; axis++)
+                wanted = wanted && at[axis] >= 2 - cases[i].reach && at[axis] <= 3 + cases[i].reach;
+            assert_int_equal(cells[brick], wanted ? 255 : 0);
+        }
+    }
+    scene->points[0] = (struct vit_transfer_point){-1000, {0, 0, 0}, 0};
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    scene->preset.sampling.slices_per_voxel = 1;
+}
+
 /* Against the nearest by looking at all: a phantom of many pieces. */
 static void occupancy_is_the_least_distance(void **state)
 {
@@ -928,6 +972,7 @@ int main(void)
         cmocka_unit_test(empty_border_is_not_drawn),
         cmocka_unit_test(a_pass_holds_the_slabs_of_any_view),
         cmocka_unit_test(occupancy_tells_the_distance),
+        cmocka_unit_test(what_is_invisible_is_not_sent),
         cmocka_unit_test(occupancy_is_the_least_distance),
         cmocka_unit_test(empty_space_and_what_is_behind_can_be_kept),
         cmocka_unit_test(what_is_visible_lies_between),
