@@ -56,12 +56,6 @@ float slice_at(sampler2D atlas, vec2 at, float slice)
     float row = floor((slice + 0.5) * stack_columns.y);
     return VIT_TEXTURE_2D(atlas, vec2(slice - row * stack_columns.x, row) * (stack_tile.xy * stack_from_px) + at).r;
 }
-
-vec4 stack_at(sampler2D atlas, vec3 at)
-{
-    float slice = floor(at.z);
-    return vec4(mix(slice_at(atlas, at.xy, slice), slice_at(atlas, at.xy, min(slice + 1.0, stack_high.z)), at.z - slice));
-}
 #elif defined(VIT_SLICES) && defined(VIT_BYTES)
 // A voxel of a slice and the next one across in a texel: two fetches, of the row above and of the row below, are
 // interpolated here. Positions within a tile are half a texel less than elsewhere: a voxel's middle is a whole number.
@@ -83,7 +77,9 @@ float slice_at(sampler2D atlas, vec2 at, float slice)
                     share.y);
     return mix(both.x, both.y, share.x);
 }
+#endif
 
+#if defined(VIT_SLICE_AT)
 vec4 stack_at(sampler2D atlas, vec3 at)
 {
     float slice = floor(at.z);

@@ -208,6 +208,13 @@ struct vit_program {
     VIT_UNIFORMS(VIT_UNIFORM_FIELD)
 #undef VIT_UNIFORM_FIELD
 };
+/* uniforms.c: what shaders/slabs.* are told, of the program that is used. px: pixels of the picture per pixel of the
+ * target. The axis serves shaders/reduce.* too. */
+void vit_uniforms_rays(const struct vit_program *program, const struct vit_plan *plan,
+                       const struct vit_gl_target *target, int px);
+void vit_uniforms_light(const struct vit_program *program, const struct vit_light3d *light3d,
+                        const struct vit_plan *plan);
+void vit_uniforms_axis(const struct vit_program *program, const struct vit_plan *plan);
 
 struct vit_mesh_part;
 
