@@ -60,9 +60,9 @@ VIT_NODISCARD bool vit_plan_fits_memory(const struct vit_plan *plan, const struc
                                         const struct vit_log *log);
 
 /* stacks.c */
-/* Which stacks, their slabs and textures. False (logged): slabs or textures do not fit. */
 /* On stacks: whether slabs are looked for from slice to slice. */
 bool vit_plan_by_slices(const struct vit_plan *plan);
+/* Which stacks, their slabs and textures. False (logged): slabs or textures do not fit. */
 VIT_NODISCARD bool vit_plan_stacks(struct vit_plan *plan, const struct vit_plan_request *request,
                                    const struct vit_log *log);
 
@@ -108,8 +108,9 @@ VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, c
 
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
-/* Slabs per pass, and whether passes end at once where there is nothing to see. */
+/* Whether the GL does without what no slab that shows anything looks at; of a plan whose path is chosen. */
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request);
+/* Slabs per pass, and whether passes end at once where there is nothing to see. */
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* costs.c: how many fragments there are, are left, and show; of a plan that is complete. */
