@@ -137,6 +137,13 @@ char *app_quality_path(const struct app_scene *scene, const struct app *app, con
 VIT_NODISCARD bool app_quality_recall(const char *path, size_t count, size_t *way, double *error);
 void app_quality_keep(const char *path, size_t way, double error);
 
+/* For qsort. */
+static inline int app_compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
 /* ---- cost.c: what a frame's parts cost --------------------------------------------------------------------------- */
 
 /* What it takes until a changed transfer function can be drawn. */

@@ -16,15 +16,9 @@
 #define FAR_HU      (-103)
 #define RAYS_A_SIDE 64 /* of the picture, that are counted */
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static int compare_changes(const void *a, const void *b)
 {
-    return compare_doubles(&((const struct app_change *)a)->ms, &((const struct app_change *)b)->ms);
+    return app_compare_doubles(&((const struct app_change *)a)->ms, &((const struct app_change *)b)->ms);
 }
 
 /* Medians; a pass that was not drawn, or not measured, is negative. */
@@ -42,7 +36,7 @@ static bool time_passes(struct app_cost *cost, struct app_scene *scene, struct a
     }
     vit_renderer_time_passes(drawer->renderer, false);
     for (int pass = 0; good && pass < VIT_PASS_COUNT; pass++) {
-        qsort(ms[pass], PASS_FRAMES, sizeof ms[pass][0], compare_doubles);
+        qsort(ms[pass], PASS_FRAMES, sizeof ms[pass][0], app_compare_doubles);
         cost->pass_ms[pass] = (ms[pass][(PASS_FRAMES - 1) / 2] + ms[pass][PASS_FRAMES / 2]) / 2;
     }
     return good;

@@ -99,16 +99,10 @@ static bool draw(struct app_scene *scene, struct app *app, struct app_drawer *dr
     return good;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The least, which others on the machine disturb least; and how far the median lies above it. */
 static double least_of(struct times *times, double *noise)
 {
-    qsort(times->ms, (size_t)times->count, sizeof times->ms[0], compare_doubles);
+    qsort(times->ms, (size_t)times->count, sizeof times->ms[0], app_compare_doubles);
     *noise = fmax(*noise, times->ms[times->count / 2] - times->ms[0]);
     return times->ms[0];
 }
