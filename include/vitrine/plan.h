@@ -169,6 +169,11 @@ struct vit_plan {
     /* The part of the visible box that holds anything to see: polygons cover only this, rays still end at the visible
      * box, so that the picture is the same to the bit. Equal to the visible box where the rule is off. */
     double draw_low[3], draw_high[3];
+    /* Of the visible box, what slabs of this picture may touch: but for what clip_mm trims away and, where no other
+     * view follows, what lies outside the image. Nothing further away than slabs reach has to be sent or lit. Texture
+     * coordinates; all of the volume where the rule is off, low > high: nothing. */
+    double need_low[3], need_high[3];
+    double held_share; /* of what is drawn, by volume: the share that the image holds */
     /* Slab faces at depth index·slab_mm, measured from the box's centre toward the eye along the view axis; slab i lies
      * between faces i and i+1. slab_count slabs from slab_first on cover the clipped box. */
     double slab_mm;
@@ -289,6 +294,9 @@ void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *vo
  * what vit_plan_occupancy gave; `work` is of the same size. */
 void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy, uint8_t *cells, uint8_t *work);
 
+/* Voxels [first, end) of each axis that a picture can ask for which looks no further than so many voxels beyond its
+ * slabs. False: none. */
+bool vit_plan_needed(const struct vit_plan *plan, double reach_vox, size_t first[3], size_t end[3]);
 /* Bricks that a 3D texture has to hold, of a plan with sent_reach: cells[brick] is 255 or 0, in the volume's order. */
 void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
@@ -340,7 +348,7 @@ extern const struct vit_plan_rule vit_plan_rules[];
 /* What rules save in time. Measured elsewhere, for one GL and plans of one kind (path, features, formats), by pictures
  * with and without a rule; kept per fragment, so that other pictures, views and volumes of the kind can be told what
  * they save before anybody draws them. In the order of vit_plan_rules. */
-#define VIT_PLAN_RULES_MAX 16
+#define VIT_PLAN_RULES_MAX 24
 struct vit_plan_costs {
     struct {
         bool known;

@@ -30,7 +30,7 @@ static double share_of(const double low[3], const double high[3])
 void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     plan->fragments_box = vit_plan_fragments(plan, 1);
-    plan->fragments_left = vit_plan_fragments(plan, share_of(plan->draw_low, plan->draw_high));
+    plan->fragments_left = vit_plan_fragments(plan, plan->held_share * share_of(plan->draw_low, plan->draw_high));
     for (int i = 0; i < plan->left_out_count; i++) {
         const char *rule = plan->left_out[i].rule;
         if (rule && strcmp(rule, VIT_RULE_EMPTY_SPACE) == 0)
@@ -41,7 +41,7 @@ void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *r
         return;
     /* Clipped boxes are taken to hold as much of it as the rest. */
     plan->visible_share = visible_share(plan, request);
-    plan->fragments_visible = fmin(plan->fragments_left, plan->visible_share * plan->fragments_box);
+    plan->fragments_visible = fmin(plan->fragments_left, plan->held_share * plan->visible_share * plan->fragments_box);
 }
 
 /* A rule's place in vit_plan_rules; -1: none. */

@@ -117,7 +117,7 @@ static bool fits_occupancy(const struct vit_plan *plan, const size_t n[3], const
 /* Rays are linear in the picture's pixels: those of its corners say how all of them go. */
 static void set_ahead(struct vit_plan *plan)
 {
-    const int beyond = 17;                     /* a sketch's last pixels */
+    const int beyond = VIT_PLAN_PIXELS_BEYOND;
     int ways[3][2] = {{0, 0}, {0, 0}, {0, 0}}; /* falls, grows */
     for (int corner = 0; corner < 4; corner++) {
         struct vit_vec3 origin, direction;
@@ -161,7 +161,7 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
             vit_plan_leave_out(plan, 0, "empty space", "rays jump over the %.0f %% of bricks that hold nothing visible",
                                100 * plan->empty_share);
             vit_plan_by_rule(plan, VIT_RULE_EMPTY_SPACE,
-                             vit_plan_fragments(plan, fmax(0, drawn - (1 - plan->empty_share))));
+                             vit_plan_fragments(plan, plan->held_share * fmax(0, drawn - (1 - plan->empty_share))));
         }
     }
     if (!vit_plan_keeps(request, VIT_RULE_OPAQUE_FRONT)) {
@@ -269,19 +269,74 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
 /* Twice what rays in parallel need: those that diverge go further between two faces, by 1/cos. */
 #define UNSENT_SLACK 2
 
+/* Bricks [first, end) that are within reach of what a picture needs. */
+static bool needed_bricks(const struct vit_plan *plan, size_t first[3], size_t end[3])
+{
+    bool any = vit_plan_needed(plan, (double)plan->sent_reach * VIT_BRICK, first, end);
+    for (int axis = 0; axis < 3; axis++) {
+        first[axis] /= VIT_BRICK;
+        end[axis] = any ? (end[axis] + VIT_BRICK - 1) / VIT_BRICK : first[axis];
+    }
+    return any;
+}
+
+/* Whether a brick or one within reach of it goes above `low`. */
+static bool is_reached(const struct emptiness *e, const size_t at[3], size_t reach)
+{
+    const size_t *n = e->stats->bricks;
+    size_t from[3], to[3];
+    for (int axis = 0; axis < 3; axis++) {
+        from[axis] = at[axis] > reach ? at[axis] - reach : 0;
+        to[axis] = at[axis] + reach + 1 < n[axis] ? at[axis] + reach + 1 : n[axis];
+    }
+    if (e->stats->brick_max[(at[2] * n[1] + at[1]) * n[0] + at[0]] > e->low)
+        return true;
+    for (size_t k = from[2]; k < to[2]; k++)
+        for (size_t j = from[1]; j < to[1]; j++)
+            for (size_t i = from[0]; i < to[0]; i++)
+                if (e->stats->brick_max[(k * n[1] + j) * n[0] + i] > e->low)
+                    return true;
+    return false;
+}
+
+/* Voxels of bricks that are not sent: because they are not needed, or though they are. */
+static void count_unsent(const struct vit_plan *plan, const struct emptiness *e, uint64_t outside[1],
+                         uint64_t invisible[1])
+{
+    const size_t *n = e->stats->bricks;
+    size_t first[3], end[3];
+    bool any = needed_bricks(plan, first, end);
+    *outside = *invisible = 0;
+    for (size_t brick = 0; brick < n[0] * n[1] * n[2]; brick++) {
+        const size_t at[3] = {brick % n[0], brick / n[0] % n[1], brick / (n[0] * n[1])};
+        uint64_t voxels = 1;
+        bool in = any;
+        for (int axis = 0; axis < 3; axis++) {
+            size_t left = plan->n[axis] - at[axis] * VIT_BRICK;
+            voxels *= left < VIT_BRICK ? left : VIT_BRICK;
+            in = in && at[axis] >= first[axis] && at[axis] < end[axis];
+        }
+        *outside += in ? 0 : voxels;
+        *invisible += in && !is_reached(e, at, (size_t)plan->sent_reach) ? voxels : 0;
+    }
+}
+
 /* What is not sent is 0 in the texture, which has to be as invisible as what should be there: at or below
  * visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated across. Slabs that
  * show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces are looked at two
- * slabs further (fitted lines), voxels one further. */
+ * slabs further (fitted lines), voxels one further. What is not needed at all may be anything. */
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     const struct emptiness emptiness = emptiness_make(plan, request->volume);
     if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->classify == VIT_CLASSIFY_PRE ||
-        !request->caps.zeroes || vit_plan_keeps(request, VIT_RULE_UNSENT))
+        !request->caps.zeroes || info->slope <= 0 || vit_plan_keeps(request, VIT_RULE_UNSENT))
         return;
-    if (info->slope <= 0 || plan->raw_origin > emptiness.low || stats->raw_min >= emptiness.low)
+    bool boxed = false, all_show = stats->raw_min > emptiness.low;
+    for (int axis = 0; axis < 3; axis++)
+        boxed = boxed || plan->need_low[axis] > 0 || plan->need_high[axis] < 1;
+    if (all_show ? !boxed : plan->raw_origin > emptiness.low || stats->raw_min >= emptiness.low)
         return;
     const double voxels = UNSENT_SLACK * 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
     const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
@@ -289,8 +344,17 @@ void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *reque
     size_t reached = 0;
     for (size_t brick = 0; brick < count; brick++)
         reached += stats->brick_max[brick] > emptiness.low;
+    uint64_t outside = 0, invisible = 0, bytes = vit_texel_bytes(plan->texel);
+    /* Nobody reads it of the pictures of a frame loop, which have less time than it takes. */
+    if (!request->moving && !request->later)
+        count_unsent(plan, &emptiness, &outside, &invisible);
+    for (int i = plan->left_out_count; i-- > 0 && outside > 0;)
+        if (plan->left_out[i].rule && strcmp(plan->left_out[i].rule, VIT_RULE_OUTSIDE) == 0) {
+            plan->left_out[i].bytes_saved = outside * bytes;
+            outside = 0;
+        }
     if (reached < count) {
-        vit_plan_leave_out(plan, 0, "sending what is invisible",
+        vit_plan_leave_out(plan, invisible * bytes, "sending what is invisible",
                            "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
                            100.0 * (double)(count - reached) / (double)count);
         vit_plan_by_rule(plan, VIT_RULE_UNSENT, 0);
@@ -316,6 +380,18 @@ static void spread_line(uint8_t *cells, size_t count, size_t stride, size_t reac
         cells[i * stride] = cells[i * stride] ? 255 : 0;
 }
 
+static void leave_unneeded(const struct vit_plan *plan, const size_t n[3], uint8_t *cells)
+{
+    size_t first[3], end[3];
+    (void)needed_bricks(plan, first, end);
+    for (size_t brick = 0; brick < n[0] * n[1] * n[2]; brick++) {
+        const size_t at[3] = {brick % n[0], brick / n[0] % n[1], brick / (n[0] * n[1])};
+        for (int axis = 0; axis < 3; axis++)
+            if (at[axis] < first[axis] || at[axis] >= end[axis])
+                cells[brick] = 0;
+    }
+}
+
 void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
 {
     const struct emptiness emptiness = emptiness_make(plan, volume);
@@ -328,6 +404,7 @@ void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *
         spread_line(cells + line / n[0] * layer + line % n[0], n[1], row, reach);
     for (size_t line = 0; line < layer; line++)
         spread_line(cells + line, n[2], layer, reach);
+    leave_unneeded(plan, n, cells);
 }
 
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)

@@ -58,6 +58,7 @@ struct lit {
     const void *samples;
     double low, high; /* raw; between them it is visible */
     ptrdiff_t reach;
+    size_t first[3], end[3]; /* voxels that the picture can ask for */
 };
 
 /* Slices that one thread goes through with those within reach: a bit for each voxel that is above the least that is
@@ -162,11 +163,26 @@ static uint64_t reached(const uint64_t *row, size_t words, size_t w, ptrdiff_t r
     return out;
 }
 
+/* The bits of word w that stand for voxels [first, end). */
+static uint64_t word_of(size_t w, size_t first, size_t end)
+{
+    const size_t from = w * 64;
+    if (end <= from || first >= from + 64)
+        return 0;
+    const uint64_t after = first > from ? ~UINT64_C(0) << (first - from) : ~UINT64_C(0);
+    return after & (end < from + 64 ? (UINT64_C(1) << (end - from)) - 1 : ~UINT64_C(0));
+}
+
+static bool holds(const struct lit *lit, int axis, ptrdiff_t at)
+{
+    return (size_t)at >= lit->first[axis] && (size_t)at < lit->end[axis];
+}
+
 /* Slice k, whose classes are the at-th: what stands within reach along k, then j, then i. */
 static void fill_slice(const struct lit *lit, ptrdiff_t k, ptrdiff_t first, ptrdiff_t count, const struct bits *bits,
                        struct vit_voxel_mask *mask)
 {
-    const size_t slice = bits->rows * bits->words, last = lit->info->n[0] % 64;
+    const size_t slice = bits->rows * bits->words;
     const ptrdiff_t rows = (ptrdiff_t)bits->rows, reach = lit->reach;
     for (int c = 0; c < 2; c++) {
         memset(bits->near[c], 0, slice * sizeof *bits->near[c]);
@@ -175,17 +191,20 @@ static void fill_slice(const struct lit *lit, ptrdiff_t k, ptrdiff_t first, ptrd
                 or_words(bits->near[c], bits->class[c] + (size_t)(from - first) * slice, slice);
     }
     for (ptrdiff_t j = 0; j < rows; j++) {
+        uint64_t *words = mask->words + ((size_t)k * bits->rows + (size_t)j) * mask->row_words;
+        if (!holds(lit, 1, j)) {
+            memset(words, 0, bits->words * sizeof *words);
+            continue;
+        }
         for (int c = 0; c < 2; c++) {
             memset(bits->wide[c], 0, bits->words * sizeof *bits->wide[c]);
             for (ptrdiff_t from = j - reach; from <= j + reach; from++)
                 if (from >= 0 && from < rows)
                     or_words(bits->wide[c], bits->near[c] + (size_t)from * bits->words, bits->words);
         }
-        uint64_t *words = mask->words + ((size_t)k * bits->rows + (size_t)j) * mask->row_words;
         for (size_t w = 0; w < bits->words; w++)
-            words[w] = reached(bits->wide[0], bits->words, w, reach) & reached(bits->wide[1], bits->words, w, reach);
-        if (last > 0)
-            words[bits->words - 1] &= (UINT64_C(1) << last) - 1;
+            words[w] = reached(bits->wide[0], bits->words, w, reach) & reached(bits->wide[1], bits->words, w, reach) &
+                       word_of(w, lit->first[0], lit->end[0]);
     }
 }
 
@@ -194,9 +213,14 @@ static void fill_slices(const struct lit *lit, ptrdiff_t begin, const struct bit
 {
     const ptrdiff_t slices = (ptrdiff_t)lit->info->n[2];
     ptrdiff_t end = begin + SLICES < slices ? begin + SLICES : slices;
+    const size_t slice = bits->rows * mask->row_words;
+    for (; begin < end && !holds(lit, 2, begin); begin++)
+        memset(mask->words + (size_t)begin * slice, 0, slice * sizeof *mask->words);
+    for (; end > begin && !holds(lit, 2, end - 1); end--)
+        memset(mask->words + ((size_t)end - 1) * slice, 0, slice * sizeof *mask->words);
     ptrdiff_t first = begin > lit->reach ? begin - lit->reach : 0;
     ptrdiff_t after = end + lit->reach < slices ? end + lit->reach : slices;
-    for (ptrdiff_t k = first; k < after; k++)
+    for (ptrdiff_t k = first; k < after && begin < end; k++)
         class_slice(lit, k, bits, (size_t)(k - first));
     for (ptrdiff_t k = begin; k < end; k++)
         fill_slice(lit, k, first, after - first, bits, mask);
@@ -209,8 +233,13 @@ bool vit_plan_lit_voxels(const struct vit_plan *plan, const struct vit_volume *v
     const double rounding = rounding_hu(plan, volume);
     double a = (plan->visible_hu[0] - rounding - info->intercept) / info->slope;
     double b = (plan->visible_hu[1] + rounding - info->intercept) / info->slope;
-    const struct lit lit = {info, vit_volume_get_stats(volume), vit_volume_samples(volume), fmin(a, b), fmax(a, b),
-                            reach};
+    struct lit lit = {.info = info,
+                      .stats = vit_volume_get_stats(volume),
+                      .samples = vit_volume_samples(volume),
+                      .low = fmin(a, b),
+                      .high = fmax(a, b),
+                      .reach = reach};
+    (void)vit_plan_needed(plan, reach + 1, lit.first, lit.end); /* none: first = end */
     const ptrdiff_t slices = (ptrdiff_t)info->n[2];
     const size_t words = mask->row_words, slice = info->n[1] * words;
     size_t held = SLICES + 2 * (size_t)reach;

@@ -39,6 +39,7 @@ const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
     {VIT_RULE_EMPTY_SPACE, "rays jump over the space that the transfer function makes invisible"},
     {VIT_RULE_UNSENT, "what the transfer function makes invisible is not sent to the GL until another shows it"},
+    {VIT_RULE_OUTSIDE, "what clip_mm trims away, and of a snapshot what lies outside it, is neither lit nor sent"},
     {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/65536"},
     {VIT_RULE_CROSS_FADE, "near a change of stacks both are drawn and blended, so that nothing pops"},
     {VIT_RULE_WIDE_TEXELS, "CPU rasterisers get HU in 32 bits: they fetch them in a third of the instructions"},
@@ -164,6 +165,7 @@ enum vit_plan_result vit_plan_make(struct vit_plan *plan, const struct vit_plan_
     vit_plan_clip(plan, preset->clip_mm);
     vit_plan_empty_border(plan, request);
     enum vit_plan_result result = vit_plan_slabs(plan, log);
+    vit_plan_outside(plan, request);
     if (result == VIT_PLAN_DONE)
         result = vit_plan_choose_path(plan, request, log);
     if (result == VIT_PLAN_DONE)

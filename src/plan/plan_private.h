@@ -18,6 +18,7 @@
 #define VIT_RULE_OVERLAY      "overlay"
 #define VIT_RULE_UNSENT       "unsent"
 #define VIT_RULE_CPU_STRETCH  "cpu-stretch"
+#define VIT_RULE_OUTSIDE      "outside"
 /* Stacks whose cosine to the view is within this of the greatest take part: the cross-fade reaches 4° to either side of
  * the diagonal between two axes. */
 #define VIT_PLAN_FADE_COSINE 0.1
@@ -25,6 +26,8 @@
  * the eye 15 half diagonals away. Over two stacks' difference, which may be sqrt 2 times that, this and the band make
  * the reach above. */
 #define VIT_PLAN_FADE_ASIDE ((VIT_PLAN_FADE_COSINE - VIT_PLAN_FADE_BAND) / 1.41421356)
+/* Pixels beyond the image's sides that are drawn all the same: a sketch's last ones. */
+#define VIT_PLAN_PIXELS_BEYOND 17
 /* Slabs composited in the shader before one blend, at most. */
 #define VIT_PLAN_SLABS_PER_PASS_MAX 4096
 /* Sketches that may differ by so much have 8 bits, which round by 1/510. */
@@ -105,6 +108,9 @@ void vit_plan_keep_still(struct vit_plan *plan, const struct vit_plan_request *r
 /* path.c */
 VIT_NODISCARD enum vit_plan_result vit_plan_choose_path(struct vit_plan *plan, const struct vit_plan_request *request,
                                                         const struct vit_log *log);
+
+/* outside.c: of a plan whose slabs and drawn box are known. */
+void vit_plan_outside(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);

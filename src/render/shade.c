@@ -23,6 +23,8 @@ static uint64_t hash_voxels(const struct vit_plan *plan)
     uint64_t hash = vit_hash_transfer(VIT_HASH_START, plan->transfer);
     hash = vit_hash_bytes(hash, &plan->classify, sizeof plan->classify);
     hash = vit_hash_bytes(hash, &reach, sizeof reach);
+    hash = vit_hash_bytes(hash, plan->need_low, sizeof plan->need_low);
+    hash = vit_hash_bytes(hash, plan->need_high, sizeof plan->need_high);
     return vit_hash_bytes(hash, &plan->texel, sizeof plan->texel);
 }
 

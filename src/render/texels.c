@@ -20,6 +20,10 @@ const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
 uint64_t vit_texels_hash(const struct vit_plan *plan)
 {
     uint64_t hash = vit_hash_bytes(VIT_HASH_START, &plan->texel, sizeof plan->texel);
+    if (plan->sent_reach > 0) {
+        hash = vit_hash_bytes(hash, plan->need_low, sizeof plan->need_low);
+        hash = vit_hash_bytes(hash, plan->need_high, sizeof plan->need_high);
+    }
     if (vit_texel_formats[plan->texel].channels == 1)
         return hash;
     hash = vit_hash_transfer(hash, plan->transfer);

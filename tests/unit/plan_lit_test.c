@@ -91,7 +91,9 @@ static void every_slab_that_shows_anything_finds_its_light(void **state)
                                            .eye_mm = 250},
                                 .slab_mm = 1 / cases[r].rate,
                                 .visible_hu = {-200, 500},
+                                .need_high = {1, 1, 1},
                                 .light.model.vox_mm = 1};
+        memcpy(plan.n, n, sizeof plan.n);
         struct vit_voxel_mask mask;
         assert_true(vit_voxel_mask_init(&mask, n));
         assert_true(vit_plan_lit_voxels(&plan, volume, vit_plan_lit_reach(&plan), &mask));
@@ -134,6 +136,57 @@ static void every_slab_that_shows_anything_finds_its_light(void **state)
 }
 
 /* Runs, put together again, are the bits; and arrays filled by them are those filled without, and untouched beside. */
+/* Of a part of the volume the same voxels are in, as far as light of that part can be asked for, and no others. */
+static void what_is_not_needed_is_not_lit(void **state)
+{
+    static const double parts[][6] = {{0, 1, 0, 1, 0, 1},
+                                      {0.3, 0.6, 0, 1, 0.1, 0.9},
+                                      {0, 0.1, 0.7, 1, 0, 0.02},
+                                      {0.97, 1, 0.5, 0.52, 0.4, 1},
+                                      {2, -1, 2, -1, 2, -1}};
+    (void)state;
+    struct vit_volume *volume = lumpy_volume(3, 1);
+    const size_t *n = vit_volume_get_info(volume)->n;
+    struct vit_plan plan = {.classify = VIT_CLASSIFY_SLAB,
+                            .path = VIT_PATH_3D,
+                            .texel = VIT_TEXEL_R16,
+                            .slab_mm = 1,
+                            .visible_hu = {-200, 500},
+                            .light.model.vox_mm = 1};
+    memcpy(plan.n, n, sizeof plan.n);
+    const int reach = vit_plan_lit_reach(&plan);
+    struct vit_voxel_mask whole, part;
+    assert_true(vit_voxel_mask_init(&whole, n) && vit_voxel_mask_init(&part, n));
+    for (size_t p = 0; p < VIT_ARRAY_LENGTH(parts); p++) {
+        size_t first[3], end[3], in = 0, wrong = 0;
+        for (int axis = 0; axis < 3; axis++) {
+            plan.need_low[axis] = 0;
+            plan.need_high[axis] = 1;
+        }
+        assert_true(vit_plan_lit_voxels(&plan, volume, reach, &whole));
+        for (int axis = 0; axis < 3; axis++) {
+            plan.need_low[axis] = parts[p][2 * axis];
+            plan.need_high[axis] = parts[p][2 * axis + 1];
+        }
+        assert_true(vit_plan_lit_voxels(&plan, volume, reach, &part)); /* which holds the last part's bits */
+        assert_true(vit_plan_needed(&plan, reach + 1, first, end) == (p < 4));
+        for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
+            const size_t at[3] = {i % n[0], i / n[0] % n[1], i / (n[0] * n[1])};
+            const ptrdiff_t place[3] = {(ptrdiff_t)at[0], (ptrdiff_t)at[1], (ptrdiff_t)at[2]};
+            bool needed = true;
+            for (int axis = 0; axis < 3; axis++)
+                needed = needed && at[axis] >= first[axis] && at[axis] < end[axis];
+            wrong += is_set(&part, place) != (needed && is_set(&whole, place));
+            in += is_set(&part, place);
+        }
+        assert_int_equal(wrong, 0);
+        assert_true((in > 0) == (p < 4));
+    }
+    vit_voxel_mask_clear(&whole);
+    vit_voxel_mask_clear(&part);
+    vit_volume_destroy(&volume);
+}
+
 static void runs_are_the_bits(void **state)
 {
     static const size_t widths[] = {1, 63, 64, 65, 200};
@@ -197,6 +250,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_slab_that_shows_anything_finds_its_light),
+        cmocka_unit_test(what_is_not_needed_is_not_lit),
         cmocka_unit_test(runs_are_the_bits),
         cmocka_unit_test(masked_normals_are_the_same),
     };
