@@ -35,6 +35,8 @@ void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *r
         const char *rule = plan->left_out[i].rule;
         if (rule && strcmp(rule, VIT_RULE_EMPTY_SPACE) == 0)
             plan->fragments_left = fmax(0, plan->fragments_left - plan->left_out[i].fragments_saved);
+        if (rule && strcmp(rule, VIT_RULE_STILL) == 0) /* the last there is */
+            plan->left_out[i].fragments_saved = plan->fragments_left;
     }
     plan->visible_share = plan->fragments_visible = -1;
     if (!request->histogram || plan->technique != VIT_TECHNIQUE_COMPOSITE)

@@ -70,7 +70,10 @@ static void leave_light_out(struct vit_plan *plan, const struct vit_preset *pres
         vit_plan_leave_out(plan, 0, "boundaries", "%s", why);
     if (preset->gradient_opacity_count > 0)
         vit_plan_leave_out(plan, 0, "gradient_opacity", "%s", why);
-    vit_plan_leave_out(plan, 2 * voxels_of(plan), "light", "unlit: no gradients, no directions, no table of them");
+    /* By default a voxel takes a texel of 4 bytes and, until a snapshot has it, its direction's number and how sure
+     * that is. */
+    vit_plan_leave_out(plan, (4 + 3) * voxels_of(plan), "light",
+                       "unlit: no gradients, no directions, no table of them");
 }
 
 void vit_plan_light(struct vit_plan *plan, const struct vit_plan_request *request)

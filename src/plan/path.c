@@ -69,9 +69,9 @@ bool vit_plan_fits_memory(const struct vit_plan *plan, const struct vit_caps *ca
     size_t least = plan->classify == VIT_CLASSIFY_PRE ? 4 : 1; /* bytes of an 8-bit texel */
     size_t texel = vit_texel_bytes(plan->texel);
     char what_fits[64] = "--path reference works without";
-    if (texel > least)
-        snprintf(what_fits, sizeof what_fits, "--set sampling.texture_bits=8 needs %.1f MiB",
-                 (double)bytes * (double)least / (double)texel / 1048576);
+    double smaller = (double)bytes * (double)least / (double)texel / 1048576;
+    if (texel > least && smaller <= caps->max_texture_mib)
+        snprintf(what_fits, sizeof what_fits, "--set sampling.texture_bits=8 needs %.1f MiB", smaller);
     vit_error(log,
               "the volume of %zu x %zu x %zu voxels needs %.1f MiB of %s texture, the limit is %d MiB "
               "(max_texture_mib); %s",

@@ -284,6 +284,12 @@ static void a_cross_fade_gives_way_to_memory(void **state)
     assert_int_equal(vit_plan_make(&plan, &scene->request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
     assert_int_equal(scene->lines, 1);
     assert_non_null(strstr(scene->last, "max_texture_mib"));
+    /* What is advised fits. */
+    assert_non_null(strstr(scene->last, "sampling.texture_bits=8"));
+    assert_true(load(scene, 128, 128, 128));
+    assert_int_equal(vit_plan_make(&plan, &scene->request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
+    assert_non_null(strstr(scene->last, "--path reference"));
+    assert_null(strstr(scene->last, "texture_bits"));
     scene->request.caps = all_caps;
 }
 

@@ -818,6 +818,9 @@ static void a_still_picture_is_not_drawn_again(void **state)
     scene->preset.background[0] = 0.5; /* which is put behind the picture later */
     plan = make(scene, &request);
     assert_true(plan.still && leaves_out(&plan, "drawing"));
+    for (int i = 0; i < plan.left_out_count; i++)
+        if (strcmp(plan.left_out[i].what, "drawing") == 0)
+            assert_true(plan.left_out[i].fragments_saved == plan.fragments_left && plan.fragments_left > 0);
     request.keep = keep;
     request.keep_count = 1;
     plan = make(scene, &request);
@@ -870,6 +873,28 @@ static void nothing_over_the_picture_takes_no_pass(void **state)
     request.keep_count = 1;
     plan = make(scene, &request);
     assert_true(plan.overlay && !leaves_out(&plan, "overlay pass"));
+}
+
+/* Where 8 bits hold classified colours. */
+static void bytes_of_colors_are_dithered(void **state)
+{
+    static const char *const keep[] = {"dither"};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
+    assert_false(make(scene, &request).texel_dither);
+    scene->preset.sampling.texture_bits = 8;
+    assert_true(make(scene, &request).texel_dither);
+    request.path = VIT_PATH_STACKS;
+    assert_true(make(scene, &request).texel_dither);
+    request.keep = keep;
+    request.keep_count = 1;
+    assert_false(make(scene, &request).texel_dither);
+    request.keep_count = 0;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    assert_false(make(scene, &request).texel_dither);
+    scene->preset = before;
 }
 
 /* What HU are in the shader: whole steps where they fit. */
@@ -992,6 +1017,7 @@ int main(void)
         cmocka_unit_test(tables_hold_the_colors_that_show),
         cmocka_unit_test(a_still_picture_is_not_drawn_again),
         cmocka_unit_test(nothing_over_the_picture_takes_no_pass),
+        cmocka_unit_test(bytes_of_colors_are_dithered),
         cmocka_unit_test(texels_say_where_hu_lie),
         cmocka_unit_test(the_histogram_says_what_shows),
         cmocka_unit_test(measured_costs_tell_what_is_saved),
