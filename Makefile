@@ -187,10 +187,11 @@ $(MAN): packaging/man.sh $(BIN)
 	$(call say,MAN,$@)
 	$(Q)packaging/man.sh $(BIN) >$@.tmp && mv $@.tmp $@
 .PHONY: install uninstall
-install: $(BIN) $(MAN) ## binary, presets, licence and man page under $(DESTDIR)$(PREFIX)
+install: $(BIN) $(MAN) ## binary, presets, example of a kiosk file, licence and man page under $(DESTDIR)$(PREFIX)
 	install -D -m 755 $(BIN) $(DESTDIR)$(PREFIX)/bin/vitrine
 	install -D -m 644 -t $(SHARE)/doc/vitrine LICENSE $(wildcard README.md)
 	$(if $(PRESETS),install -D -m 644 -t $(SHARE)/vitrine/presets $(PRESETS))
+	install -D -m 644 -t $(SHARE)/vitrine configs/kiosk.yaml
 	install -D -m 644 -t $(SHARE)/man/man1 $(MAN)
 uninstall: ## takes away what install put there
 	rm -f $(DESTDIR)$(PREFIX)/bin/vitrine $(SHARE)/man/man1/vitrine.1

@@ -1,5 +1,6 @@
-/* config: presets (YAML), the option tables behind them and behind the command line. One table per kind of thing: it
- * holds key, unit, minimum, maximum, default and help, and drives the parser, --help, checks and docs. */
+/* config: presets and the kiosk file (YAML), the option tables behind them and behind the command line. One table per
+ * kind of thing: it holds key, unit, minimum, maximum, default and help, and drives the parser, --help, checks and
+ * docs. */
 #ifndef VITRINE_CONFIG_H
 #define VITRINE_CONFIG_H
 
@@ -108,7 +109,8 @@ enum vit_command {
 const char *vit_command_name(enum vit_command command);
 
 #define VIT_SETTINGS_LIST_MAX 64
-/* Everything the command line can say. Strings are borrowed from argv. Positional arguments in inputs. */
+/* Everything the command line can say, and most of what a kiosk file can. Strings are borrowed from argv, or stand in
+ * `texts`. Positional arguments in inputs. */
 struct vit_settings {
     enum vit_command command;
     const char *inputs[4096];
@@ -132,10 +134,14 @@ struct vit_settings {
     bool json, verbose, quiet, help, version;
     /* compare: limits on absolute error of a channel [0,1], RMS error, least SSIM; NaN = not asked */
     double max_abs_error, max_rms_error, min_ssim;
-    const char *diff; /* --diff OUT.png */
+    const char *diff;                /* --diff OUT.png */
+    struct vit_settings_text *texts; /* of a kiosk file */
 };
-/* argv[0] is the program. False (logged, one line) on wrong usage. --help sets help and returns true. */
+/* argv[0] is the program. With --config that file is read first, so that the rest of the command line wins; its lists
+ * (--set, --keep, --gl-limit) go on, and its inputs stand unless any are named. False (logged, one line) on wrong
+ * usage. --help sets help and returns true. To be cleared either way. */
 VIT_NODISCARD bool vit_settings_parse(struct vit_settings *settings, int argc, char **argv, const struct vit_log *log);
+void vit_settings_clear(struct vit_settings *settings);
 /* Help of one command, or of the program for VIT_COMMAND_UNKNOWN. Teaches: synopsis, options with unit, range and
  * default from the table, examples, exit status. */
 void vit_settings_help(enum vit_command command, FILE *out);

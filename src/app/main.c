@@ -48,6 +48,7 @@ int main(int argc, char **argv)
         status = VIT_EXIT_FAILED;
     }
     app_finish(&app);
+    vit_settings_clear(&settings);
     app_die_if_interrupted();
     return (int)status;
 }

@@ -512,8 +512,10 @@ enum vit_exit app_show(struct app *app)
     struct show show = {.app = app, .wake = {-1, -1}, .was_active = true, .started_ns = process_began_ns()};
     if (app->settings->connector && strcmp(app->settings->connector, "help") == 0)
         return list_connectors(app);
-    if (app->settings->input_count == 0) { /* a kiosk file may name it one day */
-        vit_error(&app->log, "show: name what to show, for example: vitrine show phantom:head");
+    if (app->settings->input_count == 0) {
+        vit_error(&app->log,
+                  "show: name what to show, for example: vitrine show phantom:head, or as `input` of the kiosk "
+                  "file that --config names");
         return VIT_EXIT_USAGE;
     }
     if (app->settings->path == VIT_PATH_REFERENCE) {

@@ -50,7 +50,7 @@ char *vit_preset_file_read(const char *path, size_t *bytes, const struct vit_log
         goto fail;
     }
     if (*bytes > VIT_PRESET_FILE_MAX) {
-        vit_error(log, "%.400s: larger than a preset can be; allowed: %u bytes", path, VIT_PRESET_FILE_MAX);
+        vit_error(log, "%.400s: too large; allowed: %u bytes", path, VIT_PRESET_FILE_MAX);
         goto fail;
     }
     fclose(file);
@@ -70,7 +70,7 @@ static struct vit_preset *preset_from_file(const char *path, const struct vit_lo
     return preset;
 }
 
-static bool is_path(const char *text)
+bool vit_preset_is_path(const char *text)
 {
     size_t length = strlen(text);
     return strchr(text, '/') || (length > 5 && strcmp(text + length - 5, ".yaml") == 0);
@@ -89,7 +89,7 @@ static void refuse_unknown(const char *name, const struct vit_log *log)
 
 struct vit_preset *vit_preset_create_in(const char *name_or_path, const char *folder, const struct vit_log *log)
 {
-    if (is_path(name_or_path))
+    if (vit_preset_is_path(name_or_path))
         return preset_from_file(name_or_path, log);
     if (!vit_preset_name_valid(name_or_path)) {
         vit_error(log, "`%.80s` cannot be a preset's name; allowed: A-Z a-z 0-9 . _ -", name_or_path);

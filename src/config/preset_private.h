@@ -73,6 +73,8 @@ struct vit_preset *vit_preset_make(void);
 /* True if every value is in the range of its row and the transfer function holds together. */
 VIT_NODISCARD bool vit_preset_check(const struct vit_preset *preset, const struct vit_log *log);
 bool vit_preset_name_valid(const char *name);
+/* What is looked for as a file, and not by name: with a slash, or ending in .yaml. */
+bool vit_preset_is_path(const char *text);
 /* The whole file, from vit_alloc; NULL (logged) if it cannot be read or is too large. */
 char *vit_preset_file_read(const char *path, size_t *bytes, const struct vit_log *log);
 /* As vit_preset_create, with the folder looked in after the built-in ones. */

@@ -14,36 +14,18 @@ static bool refuse_value(const struct vit_reading *r, const struct vit_key *key,
     return vit_reading_refuse(r, node->start_mark, "`%s` %s; allowed: %s", key->path, what, allowed);
 }
 
-static const char *kind_text(const yaml_node_t *node)
-{
-    if (node->type == YAML_SEQUENCE_NODE)
-        return "a list";
-    if (node->type == YAML_MAPPING_NODE)
-        return "a map";
-    return node->data.scalar.length == 0 && node->data.scalar.style == YAML_PLAIN_SCALAR_STYLE ? "nothing" : "a value";
-}
-
 static bool refuse_kind(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node)
 {
     char what[64];
-    snprintf(what, sizeof what, "cannot be %s", kind_text(node));
+    snprintf(what, sizeof what, "cannot be %s", vit_reading_kind(node));
     return refuse_value(r, key, node, what);
-}
-
-/* The text of a scalar; NULL if the node is not one, or holds a NUL. */
-static const char *scalar_text(const yaml_node_t *node)
-{
-    if (node->type != YAML_SCALAR_NODE)
-        return NULL;
-    const char *text = (const char *)node->data.scalar.value;
-    return strlen(text) == node->data.scalar.length ? text : NULL;
 }
 
 /* ---- single values ----------------------------------------------------------------------------------------- */
 
 static bool read_number(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, double *out)
 {
-    const char *text = scalar_text(node);
+    const char *text = vit_reading_text(node);
     char what[96];
     double value = 0;
     if (!text || !text[0])
@@ -85,7 +67,7 @@ static bool check_level(const struct vit_reading *r, const struct vit_key *key, 
 
 static bool read_word(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, int *out)
 {
-    const char *text = scalar_text(node);
+    const char *text = vit_reading_text(node);
     if (!text || !text[0])
         return refuse_kind(r, key, node);
     if (vit_words_find(key->words, text, out))
@@ -102,7 +84,7 @@ static bool read_word(const struct vit_reading *r, const struct vit_key *key, co
 
 static bool read_flag(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, bool *out)
 {
-    const char *text = scalar_text(node);
+    const char *text = vit_reading_text(node);
     if (!text || (strcmp(text, "true") != 0 && strcmp(text, "false") != 0))
         return refuse_kind(r, key, node);
     *out = text[0] == 't';
@@ -128,7 +110,7 @@ static bool read_triple(const struct vit_reading *r, const struct vit_key *key, 
 
 static bool read_text(const struct vit_reading *r, const struct vit_key *key, const yaml_node_t *node, char **out)
 {
-    const char *text = scalar_text(node);
+    const char *text = vit_reading_text(node);
     if (!text)
         return refuse_kind(r, key, node);
     size_t length = strlen(text);
@@ -327,9 +309,9 @@ static bool map_entries(const struct vit_reading *r, const char *prefix, const y
     const yaml_node_pair_t *pair = node->data.mapping.pairs.start;
     for (; pair < node->data.mapping.pairs.top; pair++) {
         const yaml_node_t *key = yaml_document_get_node(r->document, pair->key);
-        const char *name = scalar_text(key);
+        const char *name = vit_reading_text(key);
         if (!name)
-            return vit_reading_refuse(r, key->start_mark, "a key cannot be %s; allowed: a name", kind_text(key));
+            return vit_reading_refuse(r, key->start_mark, "a key cannot be %s; allowed: a name", vit_reading_kind(key));
         bool applies;
         int row = find_entry(r, prefix, name, &applies);
         if (row < 0 || !applies)
@@ -381,7 +363,8 @@ bool vit_reading_map(const struct vit_reading *r, const char *prefix, const yaml
         char names[500], place[80];
         entries_text(r, prefix, NULL, names, sizeof names);
         place_text(prefix, place, sizeof place);
-        return vit_reading_refuse(r, node->start_mark, "%s cannot be %s, it is a map%s", place, kind_text(node), names);
+        return vit_reading_refuse(r, node->start_mark, "%s cannot be %s, it is a map%s", place, vit_reading_kind(node),
+                                  names);
     }
     if (!map_entries(r, prefix, node, at))
         return false;
@@ -412,7 +395,11 @@ static bool use_preset(const struct vit_reading *r, const yaml_node_t *root, voi
 struct vit_preset *vit_preset_parse(const char *text, size_t bytes, const char *origin, const struct vit_log *log)
 {
     struct vit_preset *preset = vit_preset_make();
-    struct vit_reading r = {.origin = origin, .positions = true, .log = log, .preset = preset};
+    struct vit_reading r = {.origin = origin,
+                            .wanted = "a preset, see `vitrine presets show bone`",
+                            .positions = true,
+                            .log = log,
+                            .preset = preset};
     if (!preset)
         vit_error(log, "%.400s: out of memory", origin);
     else if (!vit_reading_run(&r, text, bytes, use_preset, preset) || !vit_preset_check(preset, log))

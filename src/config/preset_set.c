@@ -85,7 +85,7 @@ bool vit_preset_set(struct vit_preset *preset, const char *key_is_value, const s
     if (target.row < 0)
         return refuse_path(path, log);
     snprintf(origin, sizeof origin, "--set %s", path);
-    struct vit_reading r = {.origin = origin, .partial = true, .log = log, .preset = preset};
+    struct vit_reading r = {.origin = origin, .wanted = "a value", .partial = true, .log = log, .preset = preset};
     const struct vit_key *key = &vit_keys[target.row];
     if (key->type == VIT_KEY_TEXT || key->type == VIT_KEY_NAME) { /* taken as it is: no YAML in it */
         yaml_node_t node = {.type = YAML_SCALAR_NODE};

@@ -17,6 +17,23 @@ bool vit_reading_refuse(const struct vit_reading *r, yaml_mark_t mark, const cha
     return false;
 }
 
+const char *vit_reading_kind(const yaml_node_t *node)
+{
+    if (node->type == YAML_SEQUENCE_NODE)
+        return "a list";
+    if (node->type == YAML_MAPPING_NODE)
+        return "a map";
+    return node->data.scalar.length == 0 && node->data.scalar.style == YAML_PLAIN_SCALAR_STYLE ? "nothing" : "a value";
+}
+
+const char *vit_reading_text(const yaml_node_t *node)
+{
+    if (node->type != YAML_SCALAR_NODE)
+        return NULL;
+    const char *text = (const char *)node->data.scalar.value;
+    return strlen(text) == node->data.scalar.length ? text : NULL;
+}
+
 /* libyaml's own complaint, with its position. */
 static bool refuse_yaml(const struct vit_reading *r, const yaml_parser_t *parser, const char *text)
 {
@@ -76,8 +93,7 @@ static bool check_events(const struct vit_reading *r, const char *text, size_t b
         yaml_event_delete(&event);
     }
     if (good && documents == 0)
-        good = vit_reading_refuse(r, (yaml_mark_t){0},
-                                  "there is nothing in it; allowed: a preset, see `vitrine presets show bone`");
+        good = vit_reading_refuse(r, (yaml_mark_t){0}, "there is nothing in it; allowed: %s", r->wanted);
     yaml_parser_delete(&parser);
     return good;
 }
@@ -88,7 +104,7 @@ bool vit_reading_run(struct vit_reading *r, const char *text, size_t bytes,
     yaml_parser_t parser;
     yaml_document_t document;
     if (bytes > VIT_PRESET_FILE_MAX) {
-        vit_error(r->log, "%.400s: larger than a preset can be; allowed: %u bytes", r->origin, VIT_PRESET_FILE_MAX);
+        vit_error(r->log, "%.400s: too large; allowed: %u bytes", r->origin, VIT_PRESET_FILE_MAX);
         return false;
     }
     if (!check_events(r, text, bytes))

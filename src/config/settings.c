@@ -1,4 +1,5 @@
-/* argv to settings, by the tables in settings_table.c. Every refusal is one line: what, and what to do. */
+/* argv, and a kiosk file below it, to settings, by the tables in settings_table.c. Every refusal is one line: what, and
+ * what to do. */
 #include "settings_private.h"
 
 #include <math.h>
@@ -16,20 +17,22 @@ struct parsing {
 
 /* ---- values ---------------------------------------------------------------------------------------------------- */
 
-static bool refuse_range(const struct vit_option *option, const char *value, const struct vit_log *log)
+static bool refuse_range(const struct vit_option *option, const char *name, const char *value,
+                         const struct vit_log *log)
 {
-    vit_error(log, "--%s %.80s: not a number in range; allowed: %s%g to %g%s%s", option->name, value,
+    vit_error(log, "%s %.80s: not a number in range; allowed: %s%g to %g%s%s", name, value,
               option->type == VIT_OPTION_INTEGER ? "a whole number, " : "", option->min, option->max,
               option->unit ? " " : "", option->unit ? option->unit : "");
     return false;
 }
 
-static bool take_number(const struct vit_option *option, const char *value, void *to, const struct vit_log *log)
+static bool take_number(const struct vit_option *option, const char *name, const char *value, void *to,
+                        const struct vit_log *log)
 {
     double number;
     if (!vit_number_parse(value, &number) || number < option->min || number > option->max ||
         (option->type == VIT_OPTION_INTEGER && number != floor(number)))
-        return refuse_range(option, value, log);
+        return refuse_range(option, name, value, log);
     if (option->type == VIT_OPTION_INTEGER)
         *(int *)to = (int)number;
     else
@@ -37,7 +40,8 @@ static bool take_number(const struct vit_option *option, const char *value, void
     return true;
 }
 
-static bool take_word(const struct vit_option *option, const char *value, void *to, const struct vit_log *log)
+static bool take_word(const struct vit_option *option, const char *name, const char *value, void *to,
+                      const struct vit_log *log)
 {
     char near[100], allowed[200];
     if (vit_words_find(option->words, value, to))
@@ -47,12 +51,12 @@ static bool take_word(const struct vit_option *option, const char *value, void *
         vit_nearest_try(&nearest, vit_words_name(option->words, i));
     vit_nearest_text(&nearest, 1, near, sizeof near);
     vit_words_list(option->words, allowed, sizeof allowed);
-    vit_error(log, "--%s %.80s: no such word%s; allowed: %s", option->name, value, near, allowed);
+    vit_error(log, "%s %.80s: no such word%s; allowed: %s", name, value, near, allowed);
     return false;
 }
 
 /* "800x600" */
-static bool take_size(const struct vit_option *option, const char *value, struct vit_view *view,
+static bool take_size(const struct vit_option *option, const char *name, const char *value, struct vit_view *view,
                       const struct vit_log *log)
 {
     long side[2] = {0, 0};
@@ -66,8 +70,8 @@ static bool take_size(const struct vit_option *option, const char *value, struct
         good = good && side[i] >= (long)option->min && side[i] <= (long)option->max;
     }
     if (!good) {
-        vit_error(log, "--%s %.80s: not a size; allowed: WxH, each %g to %g pixels, for example 800x600", option->name,
-                  value, option->min, option->max);
+        vit_error(log, "%s %.80s: not a size; allowed: WxH, each %g to %g pixels, for example 800x600", name, value,
+                  option->min, option->max);
         return false;
     }
     view->width_px = (int)side[0];
@@ -75,54 +79,54 @@ static bool take_size(const struct vit_option *option, const char *value, struct
     return true;
 }
 
-static bool take_list(const struct vit_option *option, const char *value, struct vit_settings *settings,
-                      const struct vit_log *log)
+static bool take_list(const struct vit_option *option, const char *name, const char *value,
+                      struct vit_settings *settings, const struct vit_log *log)
 {
     const char **items = (const char **)((char *)settings + option->offset);
     size_t *count = (size_t *)((char *)settings + option->count_offset);
     if (*count >= VIT_SETTINGS_LIST_MAX) {
-        vit_error(log, "--%s %.80s: given too often; allowed: %d times", option->name, value, VIT_SETTINGS_LIST_MAX);
+        vit_error(log, "%s %.80s: given too often; allowed: %d times", name, value, VIT_SETTINGS_LIST_MAX);
         return false;
     }
     items[(*count)++] = value;
     return true;
 }
 
-static bool take_value(const struct vit_option *option, const char *value, struct vit_settings *settings,
-                       const struct vit_log *log)
+bool vit_settings_take(struct vit_settings *settings, const struct vit_option *option, const char *name,
+                       const char *value, const struct vit_log *log)
 {
     void *to = (char *)settings + option->offset;
     switch (option->type) {
     case VIT_OPTION_TEXT:
         if (!value[0]) {
-            vit_error(log, "--%s: the value is empty; give %s", option->name, option->argument);
+            vit_error(log, "%s: the value is empty; give %s", name, option->argument);
             return false;
         }
         *(const char **)to = value;
         return true;
     case VIT_OPTION_LIST:
-        return take_list(option, value, settings, log);
+        return take_list(option, name, value, settings, log);
     case VIT_OPTION_WORD:
-        return take_word(option, value, to, log);
+        return take_word(option, name, value, to, log);
     case VIT_OPTION_SIZE:
-        return take_size(option, value, to, log);
+        return take_size(option, name, value, to, log);
     case VIT_OPTION_VIEW:
         if (vit_view_parse_direction(to, value))
             return true;
         vit_error(log,
-                  "--%s %.80s: not a direction; allowed: anterior | posterior | left | right | superior | inferior, or "
+                  "%s %.80s: not a direction; allowed: anterior | posterior | left | right | superior | inferior, or "
                   "AZ,EL[,ROLL] "
                   "in degrees with EL -90 to 90",
-                  option->name, value);
+                  name, value);
         return false;
     default:
-        return take_number(option, value, to, log);
+        return take_number(option, name, value, to, log);
     }
 }
 
 /* ---- options ---------------------------------------------------------------------------------------------------- */
 
-static bool goes_with(const struct vit_option *option, const struct vit_command_row *row)
+bool vit_option_goes_with(const struct vit_option *option, const struct vit_command_row *row)
 {
     return option->commands & (1u << row->command);
 }
@@ -133,7 +137,7 @@ static const struct vit_option *option_long(const struct vit_command_row *row, c
     const struct vit_option *found = NULL;
     for (const struct vit_option *option = vit_options; option->name; option++) {
         bool named = strlen(option->name) == length && memcmp(option->name, name, length) == 0;
-        if (named && goes_with(option, row))
+        if (named && vit_option_goes_with(option, row))
             return option;
         if (named)
             found = option;
@@ -156,7 +160,7 @@ static bool refuse_unknown(const struct parsing *p, const char *text)
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text + dashes, "="), text + dashes);
     struct vit_nearest nearest = vit_nearest_make(name);
     for (const struct vit_option *option = vit_options; option->name; option++)
-        if (goes_with(option, p->row))
+        if (vit_option_goes_with(option, p->row))
             vit_nearest_try(&nearest, option->name);
     vit_nearest_text(&nearest, 1, near, sizeof near);
     vit_error(p->log, "unknown option `%.80s`%s; `vitrine %s --help` lists them", text, near, p->row->name);
@@ -167,7 +171,7 @@ static bool refuse_command(const struct parsing *p, const struct vit_option *opt
 {
     char with[200] = "";
     for (const struct vit_command_row *row = vit_commands; row->name; row++)
-        if (goes_with(option_long(row, option->name, strlen(option->name)), row))
+        if (vit_option_goes_with(option_long(row, option->name, strlen(option->name)), row))
             vit_text_append(with, sizeof with, "%s%s", with[0] ? ", " : "", row->name);
     vit_error(p->log, "option --%s does not go with `vitrine %s`; it goes with: %s", option->name, p->row->name, with);
     return false;
@@ -192,7 +196,7 @@ static const char *next_value(struct parsing *p, const struct vit_option *option
 /* `attached` is the value after = or after a short option's letter; NULL: none. */
 static bool take_option(struct parsing *p, const struct vit_option *option, const char *attached)
 {
-    if (!goes_with(option, p->row))
+    if (!vit_option_goes_with(option, p->row))
         return refuse_command(p, option);
     if (option->type == VIT_OPTION_FLAG) {
         if (attached) {
@@ -205,7 +209,9 @@ static bool take_option(struct parsing *p, const struct vit_option *option, cons
     const char *value = attached ? attached : next_value(p, option);
     p->settings->view_given = p->settings->view_given || option->type == VIT_OPTION_VIEW;
     p->settings->size_given = p->settings->size_given || option->type == VIT_OPTION_SIZE;
-    return value && take_value(option, value, p->settings, p->log);
+    char name[64];
+    snprintf(name, sizeof name, "--%s", option->name);
+    return value && vit_settings_take(p->settings, option, name, value, p->log);
 }
 
 /* One letter with its value attached or following ("-oFILE", "-o FILE"); flags may share a dash ("-vq"). */
@@ -317,7 +323,7 @@ static bool settings_initial(struct vit_settings *settings, const struct vit_log
     settings->view = vit_view_default();
     settings->max_abs_error = settings->max_rms_error = settings->min_ssim = NAN;
     for (const struct vit_option *option = vit_options; option->name; option++)
-        if (option->initial && !take_value(option, option->initial, settings, log))
+        if (option->initial && !vit_settings_take(settings, option, option->name, option->initial, log))
             return false;
     return true;
 }
@@ -329,6 +335,29 @@ static bool asked_for(int argc, char **argv, const char *name, const char *lette
         if (strcmp(argv[i], name) == 0 || strcmp(argv[i], letter) == 0)
             return true;
     return false;
+}
+
+/* A kiosk file's values lie below the command line's, which is taken once more: lists go on, inputs are replaced. */
+static bool take_all(struct parsing *p)
+{
+    struct vit_settings *settings = p->settings;
+    enum vit_command command = settings->command;
+    if (!take_arguments(p))
+        return false;
+    const char *config = settings->config;
+    if (!config)
+        return true;
+    if (!settings_initial(settings, p->log) || !vit_settings_file_read(settings, config, p->log))
+        return false;
+    size_t named = settings->input_count;
+    settings->command = command;
+    settings->input_count = 0;
+    p->next = 2;
+    if (!take_arguments(p))
+        return false;
+    if (settings->input_count == 0)
+        settings->input_count = named;
+    return true;
 }
 
 static bool find_command(struct parsing *p, const char *name)
@@ -367,5 +396,5 @@ bool vit_settings_parse(struct vit_settings *settings, int argc, char **argv, co
         return argc < 3 || argv[2][0] == '-' || find_command(&p, argv[2]);
     if (!find_command(&p, argv[1]))
         return false;
-    return settings->help || (take_arguments(&p) && check_arguments(&p));
+    return settings->help || (take_all(&p) && check_arguments(&p));
 }

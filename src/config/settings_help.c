@@ -88,6 +88,12 @@ static void command_help(const struct vit_command_row *row, FILE *out)
               "phantom:KIND, a built-in test object (`vitrine phantom list`).\n",
               out);
     options_print(row, out);
+    if (row->command == VIT_COMMAND_SHOW) {
+        char text[1200];
+        vit_settings_file_help(text, sizeof text);
+        fputs("\nKiosk file:\n", out);
+        wrap(out, text, 0, 0);
+    }
     if (row->command == VIT_COMMAND_PRESETS) {
         fputs("\nPresets built in:\n", out);
         for (const struct vit_preset_builtin *preset = vit_presets_builtin; preset->name; preset++)

@@ -1,4 +1,5 @@
-/* The tables behind the command line: one row per option, one per command. Parser, --help and tests walk them. */
+/* The tables behind the command line and the kiosk file: one row per option, one per command. Both parsers, --help and
+ * tests walk them. */
 #ifndef VITRINE_CONFIG_SETTINGS_PRIVATE_H
 #define VITRINE_CONFIG_SETTINGS_PRIVATE_H
 
@@ -20,6 +21,7 @@ enum vit_option_type {
 
 struct vit_option {
     const char *name; /* without the dashes */
+    const char *key;  /* in a kiosk file; NULL: the name with _ for - */
     char letter;      /* short form, 0 for none */
     enum vit_option_type type;
     const char *argument; /* how help names the value; NULL for flags */
@@ -33,6 +35,7 @@ struct vit_option {
     const char *help;
 };
 extern const struct vit_option vit_options[]; /* name NULL ends */
+#define VIT_GROUP_LINE "General"              /* heading of what only a command line can say, not a kiosk file */
 
 /* What may stand first among the arguments of a command, and how many follow it. */
 struct vit_action {
@@ -54,5 +57,21 @@ struct vit_command_row {
 extern const struct vit_command_row vit_commands[]; /* name NULL ends */
 
 const struct vit_command_row *vit_command_find(enum vit_command command); /* NULL if there is none */
+bool vit_option_goes_with(const struct vit_option *option, const struct vit_command_row *row);
+
+/* A value, borrowed, to its setting. `name` stands before what is said against it: "--zoom". */
+VIT_NODISCARD bool vit_settings_take(struct vit_settings *settings, const struct vit_option *option, const char *name,
+                                     const char *value, const struct vit_log *log);
+
+/* settings_file.c: what a kiosk file says, to settings that hold the defaults. */
+VIT_NODISCARD bool vit_settings_file_read(struct vit_settings *settings, const char *path, const struct vit_log *log);
+/* From text in memory; `origin` names it in messages, and its folder is where relative paths begin. */
+VIT_NODISCARD bool vit_settings_file_parse(struct vit_settings *settings, const char *text, size_t bytes,
+                                           const char *origin, const struct vit_log *log);
+#define VIT_SETTINGS_KEY_BYTES 24
+/* False: a kiosk file cannot say it. */
+bool vit_settings_file_key(const struct vit_option *option, char key[VIT_SETTINGS_KEY_BYTES]);
+/* For --help. */
+void vit_settings_file_help(char *out, size_t bytes);
 
 #endif

@@ -68,7 +68,7 @@
 #define G_LIMIT   "Comparison"
 #define G_SCREEN  "Screen"
 #define G_MACHINE "Machine"
-#define G_ALL     "General"
+#define G_ALL     VIT_GROUP_LINE
 
 /* clang-format off */
 const struct vit_option vit_options[] = {
@@ -84,7 +84,6 @@ const struct vit_option vit_options[] = {
 
     TEXT("series", 0, "N|UID", series, NULL, READS, G_INPUT,
          "which stack: its number in `vitrine info`, or its series UID; default the largest axial CT")
-    TEXT("config", 0, "FILE", config, NULL, BIT(SHOW), G_INPUT, "kiosk file")
 
     RANGE("view", VIEW, "DIRECTION", NULL, view, 0, 0, "anterior", SCENE, G_VIEW,
           "anterior | posterior | left | right | superior | inferior, or AZ,EL[,ROLL] in degrees: azimuth 0 looks from anterior and "
@@ -104,7 +103,12 @@ const struct vit_option vit_options[] = {
          "what draws: 3D texture, stacks of 2D textures, or the double-precision reference")
     WORD("path", path, path_on_screen, "auto", BIT(SHOW), G_PICTURE, "what draws: 3D texture, or stacks of 2D textures")
     LIST("keep", "RULE", keep, SCENE, G_PICTURE, "switch off a rule by which the plan leaves things out; repeatable")
-    RANGE("budget-ms", NUMBER, "MS", "ms", budget_ms, 0, 1e6, "0", SCENE, G_PICTURE, "time for a frame that the plan should keep to; 0: none")
+    RANGE("budget-ms", NUMBER, "MS", "ms", budget_ms, 0, 1e6, "0", SCENE & ~BIT(SHOW), G_PICTURE,
+          "time for a frame that the plan should keep to; 0: none")
+    {.name = "budget-ms", .key = "interactive_ms", .type = VIT_OPTION_NUMBER, .argument = "MS", .unit = "ms",
+     .offset = AT(budget_ms), .min = 0, .max = 1e6, .initial = "0", .commands = BIT(SHOW), .group = G_PICTURE,
+     .help = "time for a picture while the view moves: it is drawn smaller until it keeps to it, and in full at rest; 0: 33 ms; "
+             "in a kiosk file `interactive_ms`"},
     RANGE("max-error", NUMBER, "E", "of full scale", max_error, 0, 1, "0", SCENE, G_PICTURE,
           "error that the plan should stay below; 0: none")
 
@@ -122,6 +126,7 @@ const struct vit_option vit_options[] = {
     LIST("gl-limit", "NAME=VALUE", gl_limit, SCENE | BIT(CAPS), G_MACHINE, "pretend a smaller limit of the driver (names: `vitrine caps`); repeatable")
     TEXT("shader-dir", 0, "FOLDER", shader_dir, NULL, SCENE, G_MACHINE, "read GLSL from here instead of the built-in copies")
 
+    TEXT("config", 0, "FILE", config, NULL, BIT(SHOW), G_ALL, "kiosk file: options and INPUT in YAML, see below")
     FLAG("verbose", 'v', verbose, ALL, G_ALL, "say more on stderr")
     FLAG("quiet", 'q', quiet, ALL, G_ALL, "only errors on stderr")
     FLAG("help", 'h', help, ALL, G_ALL, "this text")

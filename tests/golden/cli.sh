@@ -111,6 +111,16 @@ refused 2 "a phantom without output" phantom block
 refused 2 "the input as output" convert "$d/sphere.nrrd" -o "$d/sphere.nrrd"
 refused 4 "show of a card that is not there" show phantom:block --card 63
 refused 2 "show without an input" show
+refused 4 "show by the example kiosk file, on a card that is not there" show --config "$PWD/configs/kiosk.yaml" --card 63
+printf 'preset: bone\n' >"$d/nothing.yaml"
+printf 'input: phantom:block\ncard: 63\n' >"$d/card.yaml"
+printf 'input: %s\ncard: 63\nzoom: 0\n' "$d/absent" >"$d/zoom.yaml"
+refused 4 "a kiosk file's card that is not there" show --config "$d/card.yaml"
+refused 2 "a kiosk file without an input" show --config "$d/nothing.yaml"
+for what in syntax key twice empty absent zoom; do
+    refused 2 "kiosk file $what.yaml" show phantom:block --card 63 --config "$d/$what.yaml"
+done
+refused 2 "a kiosk file for another command" snapshot phantom:block -o out.png --config "$d/card.yaml"
 refused 2 "show by the reference" show phantom:block --path reference
 refused 2 "an unknown report" report nobody -o out
 refused 2 "a report by one path" report scene phantom:block --path reference -o out

@@ -9,9 +9,10 @@
 #     end                              the scene came to its end
 #
 # Every step waits for the program's own line ("at rest"), never for a time. $binary, $mode: what to run, and how large;
-# $common: what is shown; $card: bochs, virtio or vkms.
+# $common: what is shown; $card: bochs, virtio or vkms; $kiosk: a kiosk file that says so instead.
 set -u
 log=/tmp/log
+kiosk=
 : >$log
 # llvmpipe under plain emulation: wide vectors cost more than they bring.
 export LP_NATIVE_VECTOR_WIDTH=128
@@ -54,7 +55,8 @@ console() {
 begin() {
     : >$log
     rests=0
-    "$binary" show $common -v --mode "$mode" "$@" 2>$log &
+    if [ "$kiosk" ]; then set -- --config $kiosk "$@"; else set -- $common --mode "$mode" "$@"; fi
+    "$binary" show -v "$@" 2>$log &
     pid=$!
 }
 # start OPTIONS...: until the first picture rests

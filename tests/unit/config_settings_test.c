@@ -86,8 +86,6 @@ static void test_values(void **state)
     assert_true(settings.frames == 7 && settings.json && settings.view.elevation_rad > 1.5);
     understood("caps -v --json");
     understood("show");
-    understood("show in --config k.yaml");
-    assert_string_equal(settings.config, "k.yaml");
     understood("presets list");
     understood("presets show bone");
     understood("presets check a b c");
