@@ -258,7 +258,7 @@ $(BUILD)/lint/cppcheck: $(LINT_SRC) $(LINT_HEADERS) tests/tools/cppcheck.supp
 tests-bins: $(BIN) $(UNIT_BIN) $(GL_BIN) $(KMS_BIN)
 ASAN_O := $(BUILD)/asan
 # Under a sanitizer these take minutes: `check` leaves them to `check-full`.
-ASAN_LONG := $(addprefix $(O)/tests/gl/,beside_test change_test es2_test frames_test ideal_test light_test rules_test \
+ASAN_LONG := $(addprefix $(O)/tests/gl/,beside_test change_test es2_test frames_test ideal_test light_test pipeline_test rules_test \
     shaders_test stacks_test) \
     $(addprefix tests/golden/,report.sh report_stiff.sh snapshot.sh stacks.sh)
 asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \

@@ -297,8 +297,10 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
 /* Voxels [first, end) of each axis that a picture can ask for which looks no further than so many voxels beyond its
  * slabs. False: none. */
 bool vit_plan_needed(const struct vit_plan *plan, double reach_vox, size_t first[3], size_t end[3]);
-/* Bricks that a 3D texture has to hold, of a plan with sent_reach: cells[brick] is 255 or 0, in the volume's order. */
-void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
+/* Bricks that a 3D texture has to hold, of a plan with sent_reach: cells[] is 255 or 0, in the volume's order, of its
+ * layers [first, end). They depend on layers as far as sent_reach before and behind. */
+void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, size_t first, size_t end,
+                          uint8_t *cells);
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells);
 

@@ -23,6 +23,11 @@ struct vit_volume_info {
 VIT_NODISCARD bool vit_volume_info_check(const struct vit_volume_info *info, const struct vit_log *log);
 size_t vit_volume_info_bytes(const struct vit_volume_info *info); /* of a checked info */
 
+/* Raw values between which nearly all of a CT lies: HU from -2048 to 4095. False: no HU, or they are wider than 16
+ * bits.
+ */
+VIT_NODISCARD bool vit_volume_usual_raw(const struct vit_volume_info *info, int *low, int *high);
+
 struct vit_volume;
 /* A new volume, to be filled whole through vit_volume_samples_mut (nothing is cleared), then finished. NULL: logged. */
 struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const struct vit_log *log);
@@ -35,6 +40,14 @@ struct vit_slice_sink {
     void (*ready)(void *user, size_t first, size_t end);
     void *user;
 };
+/* For who looks at a volume that is still being filled: statistics as if every brick held the usual raw values, the
+ * least and the greatest. False: out of memory (logged), or there are no usual values. */
+VIT_NODISCARD bool vit_volume_assume(struct vit_volume *volume, const struct vit_log *log);
+/* Slices that bricks of layer bk reach, their aprons included: [0, n[2]). */
+size_t vit_volume_layer_end(const struct vit_volume *volume, size_t bk);
+/* Slices before vit_volume_layer_end are ready: what is so of the layer's bricks, in place of what was assumed. By one
+ * thread, that which looks. */
+void vit_volume_layer_ready(struct vit_volume *volume, size_t bk);
 /* Computes statistics (parallel); from here on the volume is constant. */
 VIT_NODISCARD bool vit_volume_finish(struct vit_volume *volume, const struct vit_log *log);
 void vit_volume_destroy(struct vit_volume **volume);

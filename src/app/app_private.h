@@ -51,6 +51,15 @@ const char *app_input_kind_name(enum app_input_kind kind);
 enum app_input_kind app_input_probe(struct app *app);
 /* The volume that INPUT (and --series) name. NULL: logged. Whatever the reader needed is freed again. */
 struct vit_volume *app_input_open(struct app *app);
+/* The same in steps, for who looks on: begin knows geometry, and has all that is no DICOM; read does the rest, and may
+ * be another thread's. False: logged; after begin there is nothing to free. */
+struct app_input {
+    struct vit_volume *volume; /* the caller's, to be finished */
+    struct vit_dicom_scan *scan;
+    size_t index;
+};
+VIT_NODISCARD bool app_input_begin(struct app *app, struct app_input *input);
+VIT_NODISCARD bool app_input_read(struct app *app, struct app_input *input, const struct vit_slice_sink *sink);
 /* Statistics of slices are made as they are decoded. */
 struct vit_slice_sink app_input_sink(struct vit_volume *volume);
 /* The phantom that `phantom:NAME` or NAME names; NULL: logged, with those there are. */
@@ -65,6 +74,7 @@ struct app_scene {
     struct vit_gl *gl;    /* NULL for the reference */
     struct vit_caps caps; /* after --gl-limit */
     struct vit_volume *volume;
+    struct vit_renderer *renderer; /* app_drawer_open takes it: the volume's textures, begun while it was read */
     struct vit_plan plan;
     struct vit_view view;  /* of the plan */
     unsigned failed_paths; /* bits 1 << path: auto does not take them again */
@@ -82,11 +92,14 @@ struct app_scene {
 };
 
 /* Fast failures first: preset, GL, then the volume, then the plan. On anything but DONE the scene is closed and the
- * reason logged. */
+ * reason logged. Where this command draws, textures are filled while slices are decoded. */
 VIT_NODISCARD enum vit_exit app_scene_open(struct app_scene *scene, struct app *app);
 /* The same with a context and a view of the caller's; the scene owns the context from now on, also if this fails. */
 VIT_NODISCARD enum vit_exit app_scene_open_on(struct app_scene *scene, struct app *app, struct vit_gl *gl,
                                               const struct vit_view *view);
+/* pipeline.c: what app_input_begin left to be read, by another thread, while this one sends to scene->renderer what is
+ * decoded, as scene->plan (of what is assumed of the volume) would have it. Then the volume is finished. */
+VIT_NODISCARD enum vit_exit app_pipeline_run(struct app_scene *scene, struct app *app, struct app_input *input);
 /* The preset by this name, with --set. NULL: logged. */
 struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */

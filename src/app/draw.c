@@ -15,7 +15,8 @@ bool app_drawer_open(struct app_drawer *drawer, struct app_scene *scene)
     memset(drawer, 0, sizeof *drawer);
     if (!scene->gl)
         return true;
-    drawer->renderer = vit_renderer_create(scene->gl, scene->volume);
+    drawer->renderer = scene->renderer ? scene->renderer : vit_renderer_create(scene->gl, scene->volume);
+    scene->renderer = NULL;
     return drawer->renderer != NULL;
 }
 

@@ -126,42 +126,62 @@ struct vit_slice_sink app_input_sink(struct vit_volume *volume)
     return (struct vit_slice_sink){slices_ready, volume};
 }
 
-static struct vit_volume *open_dicom(struct app *app)
+static bool begin_dicom(struct app *app, struct app_input *input)
 {
     const struct vit_settings *settings = app->settings;
-    struct vit_volume *volume = NULL;
-    struct vit_dicom_scan *scan =
-        vit_dicom_scan_create(settings->inputs, settings->input_count, &app->log, &app->progress);
-    ptrdiff_t index = scan ? vit_dicom_scan_choose(scan, settings->series, &app->log) : -1;
+    input->scan = vit_dicom_scan_create(settings->inputs, settings->input_count, &app->log, &app->progress);
+    ptrdiff_t index = input->scan ? vit_dicom_scan_choose(input->scan, settings->series, &app->log) : -1;
     if (index < 0)
-        goto fail;
-    const struct vit_dicom_stack *stack = vit_dicom_scan_stack(scan, (size_t)index);
+        return false;
+    const struct vit_dicom_stack *stack = vit_dicom_scan_stack(input->scan, (size_t)index);
     if (!stack->readable) {
         vit_error(&app->log, "%s: stack %td: %s", settings->inputs[0], index + 1, stack->refused);
-        goto fail;
+        return false;
     }
-    stack_announce(app, scan, (size_t)index);
-    volume = vit_volume_create(&stack->info, &app->log);
-    const struct vit_slice_sink sink = app_input_sink(volume);
-    if (volume && (!vit_dicom_stack_read(scan, (size_t)index, vit_volume_samples_mut(volume),
-                                         vit_volume_info_bytes(&stack->info), &sink, &app->log, &app->progress) ||
-                   !vit_volume_finish(volume, &app->log)))
-        vit_volume_destroy(&volume);
-fail:
-    vit_dicom_scan_destroy(&scan); /* headers of a thousand files are not needed to draw */
-    return volume;
+    stack_announce(app, input->scan, (size_t)index);
+    input->index = (size_t)index;
+    input->volume = vit_volume_create(&stack->info, &app->log);
+    return input->volume != NULL;
+}
+
+bool app_input_begin(struct app *app, struct app_input *input)
+{
+    const char *name = app->settings->inputs[0];
+    enum app_input_kind kind = app_input_probe(app);
+    *input = (struct app_input){0};
+    if (kind == APP_INPUT_DICOM) {
+        if (begin_dicom(app, input))
+            return true;
+        vit_dicom_scan_destroy(&input->scan);
+        return false;
+    }
+    if (kind && app->settings->series)
+        vit_warn(&app->log, "--series %s is left aside: %s holds one volume", app->settings->series, name);
+    if (kind == APP_INPUT_NRRD)
+        input->volume = vit_volume_read_nrrd(name, &app->log, &app->progress);
+    const struct vit_phantom *phantom = kind == APP_INPUT_PHANTOM ? app_phantom_find(app, name) : NULL;
+    if (phantom)
+        input->volume = vit_phantom_build(phantom, &app->log, &app->progress);
+    return input->volume != NULL;
+}
+
+bool app_input_read(struct app *app, struct app_input *input, const struct vit_slice_sink *sink)
+{
+    const size_t bytes = vit_volume_info_bytes(vit_volume_get_info(input->volume));
+    const bool good =
+        !input->scan || vit_dicom_stack_read(input->scan, input->index, vit_volume_samples_mut(input->volume), bytes,
+                                             sink, &app->log, &app->progress);
+    vit_dicom_scan_destroy(&input->scan); /* headers of a thousand files are not needed to draw */
+    return good;
 }
 
 struct vit_volume *app_input_open(struct app *app)
 {
-    const char *input = app->settings->inputs[0];
-    enum app_input_kind kind = app_input_probe(app);
-    if (kind == APP_INPUT_DICOM)
-        return open_dicom(app);
-    if (kind && app->settings->series)
-        vit_warn(&app->log, "--series %s is left aside: %s holds one volume", app->settings->series, input);
-    if (kind == APP_INPUT_NRRD)
-        return vit_volume_read_nrrd(input, &app->log, &app->progress);
-    const struct vit_phantom *phantom = kind == APP_INPUT_PHANTOM ? app_phantom_find(app, input) : NULL;
-    return phantom ? vit_phantom_build(phantom, &app->log, &app->progress) : NULL;
+    struct app_input input;
+    if (!app_input_begin(app, &input))
+        return NULL;
+    const struct vit_slice_sink sink = app_input_sink(input.volume);
+    if (!app_input_read(app, &input, &sink) || !vit_volume_finish(input.volume, &app->log))
+        vit_volume_destroy(&input.volume);
+    return input.volume;
 }

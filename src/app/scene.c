@@ -50,7 +50,8 @@ struct vit_preset *app_preset_open(struct app *app, const char *name)
     return preset;
 }
 
-enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view)
+static enum vit_plan_result plan_for(struct app_scene *scene, const struct app *app, const struct vit_view *view,
+                                     const struct vit_log *log)
 {
     const struct vit_settings *settings = app->settings;
     const char *keep[VIT_ARRAY_LENGTH(settings->keep) + 1];
@@ -80,7 +81,12 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
         .histogram = scene->histogram,
     };
     scene->view = *view;
-    switch (vit_plan_make(&scene->plan, &request, &app->log)) {
+    return vit_plan_make(&scene->plan, &request, log);
+}
+
+enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view)
+{
+    switch (plan_for(scene, app, view, &app->log)) {
     case VIT_PLAN_DONE:
         return VIT_EXIT_DONE;
     case VIT_PLAN_WRONG:
@@ -124,6 +130,29 @@ bool app_scene_fall_back(struct app_scene *scene, struct app *app)
     return app_scene_plan(scene, app, &view) == VIT_EXIT_DONE;
 }
 
+/* Whether the volume's textures can be begun before it is read; scene->plan is of what is assumed of it then. */
+static bool begin_textures(struct app_scene *scene, struct app *app, const struct vit_view *view)
+{
+    const bool draws = app->settings->command != VIT_COMMAND_PLAN && app->settings->command != VIT_COMMAND_REPORT;
+    return scene->gl && draws && vit_volume_assume(scene->volume, NULL) &&
+           plan_for(scene, app, view, NULL) == VIT_PLAN_DONE && scene->plan.path == VIT_PATH_3D &&
+           (scene->renderer = vit_renderer_create(scene->gl, scene->volume));
+}
+
+static enum vit_exit open_volume(struct app_scene *scene, struct app *app, const struct vit_view *view)
+{
+    struct app_input input;
+    if (!app_input_begin(app, &input))
+        return VIT_EXIT_INPUT;
+    scene->volume = input.volume;
+    const bool whole = !input.scan;
+    if (!whole && begin_textures(scene, app, view))
+        return app_pipeline_run(scene, app, &input);
+    const struct vit_slice_sink sink = app_input_sink(input.volume);
+    return app_input_read(app, &input, &sink) && vit_volume_finish(input.volume, &app->log) ? VIT_EXIT_DONE
+                                                                                            : VIT_EXIT_INPUT;
+}
+
 static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const struct vit_view *view)
 {
     enum vit_exit status = VIT_EXIT_DONE;
@@ -141,9 +170,9 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const 
         return status;
     scene->gl_ms = app_ms_since(start);
     start = vit_clock_ns();
-    scene->volume = app_input_open(app);
-    if (!scene->volume)
-        return VIT_EXIT_INPUT;
+    status = open_volume(scene, app, view);
+    if (status != VIT_EXIT_DONE)
+        return status;
     scene->load_ms = app_ms_since(start);
     warn_of_units(app, scene);
     return app_scene_plan(scene, app, view);
@@ -167,6 +196,7 @@ enum vit_exit app_scene_open_on(struct app_scene *scene, struct app *app, struct
 
 void app_scene_close(struct app_scene *scene)
 {
+    vit_renderer_destroy(&scene->renderer);
     vit_gl_destroy(&scene->gl);
     vit_volume_destroy(&scene->volume);
     vit_preset_destroy(&scene->preset);

@@ -280,45 +280,89 @@ static bool needed_bricks(const struct vit_plan *plan, size_t first[3], size_t e
     return any;
 }
 
-/* Whether a brick or one within reach of it goes above `low`. */
-static bool is_reached(const struct emptiness *e, const size_t at[3], size_t reach)
+/* cells[] along one axis: each takes the most of those up to `reach` away. */
+static void spread_line(uint8_t *cells, size_t count, size_t stride, size_t reach)
 {
-    const size_t *n = e->stats->bricks;
-    size_t from[3], to[3];
-    for (int axis = 0; axis < 3; axis++) {
-        from[axis] = at[axis] > reach ? at[axis] - reach : 0;
-        to[axis] = at[axis] + reach + 1 < n[axis] ? at[axis] + reach + 1 : n[axis];
+    size_t last = SIZE_MAX; /* the last one that was 255, before any was spread */
+    for (size_t i = 0; i < count; i++) {
+        uint8_t *cell = cells + i * stride;
+        last = *cell == 255 ? i : last;
+        *cell = *cell == 255 ? 255 : last != SIZE_MAX && i - last <= reach ? 254 : 0;
     }
-    if (e->stats->brick_max[(at[2] * n[1] + at[1]) * n[0] + at[0]] > e->low)
-        return true;
-    for (size_t k = from[2]; k < to[2]; k++)
-        for (size_t j = from[1]; j < to[1]; j++)
-            for (size_t i = from[0]; i < to[0]; i++)
-                if (e->stats->brick_max[(k * n[1] + j) * n[0] + i] > e->low)
-                    return true;
-    return false;
+    last = SIZE_MAX;
+    for (size_t i = count; i-- > 0;) {
+        uint8_t *cell = cells + i * stride;
+        last = *cell == 255 ? i : last;
+        *cell = *cell || (last != SIZE_MAX && last - i <= reach) ? (*cell == 255 ? 255 : 254) : 0;
+    }
+    for (size_t i = 0; i < count; i++)
+        cells[i * stride] = cells[i * stride] ? 255 : 0;
 }
 
-/* Voxels of bricks that are not sent: because they are not needed, or though they are. */
+/* Columns of a layer that reach it within so many layers. */
+static void reached_columns(const struct emptiness *emptiness, size_t layer, size_t reach, uint8_t *cells)
+{
+    const size_t *n = emptiness->stats->bricks, count = n[0] * n[1];
+    const size_t first = layer > reach ? layer - reach : 0, end = layer + reach + 1 < n[2] ? layer + reach + 1 : n[2];
+    memset(cells, 0, count);
+    for (size_t k = first; k < end; k++)
+        for (size_t i = 0; i < count; i++)
+            cells[i] |= emptiness->stats->brick_max[k * count + i] > emptiness->low ? 255 : 0;
+}
+
+/* What is needed of a layer. */
+static void leave_unneeded(const struct vit_plan *plan, const size_t n[3], size_t layer, uint8_t *cells)
+{
+    size_t first[3], end[3];
+    if (!needed_bricks(plan, first, end) || layer < first[2] || layer >= end[2]) {
+        memset(cells, 0, n[0] * n[1]);
+        return;
+    }
+    for (size_t row = 0; row < n[1]; row++) {
+        const bool in = row >= first[1] && row < end[1];
+        memset(cells + row * n[0], 0, in ? first[0] : n[0]);
+        if (in)
+            memset(cells + row * n[0] + end[0], 0, n[0] - end[0]);
+    }
+}
+
+static void sent_layer(const struct vit_plan *plan, const struct emptiness *emptiness, size_t layer, uint8_t *cells)
+{
+    const size_t *n = emptiness->stats->bricks, reach = (size_t)plan->sent_reach;
+    reached_columns(emptiness, layer, reach, cells);
+    for (size_t row = 0; row < n[1]; row++)
+        spread_line(cells + row * n[0], n[0], 1, reach);
+    for (size_t column = 0; column < n[0]; column++)
+        spread_line(cells + column, n[1], n[0], reach);
+    leave_unneeded(plan, n, layer, cells);
+}
+
+/* Voxels of bricks that are not sent: because they are not needed, or though they are. Nothing where memory is short.
+ */
 static void count_unsent(const struct vit_plan *plan, const struct emptiness *e, uint64_t outside[1],
                          uint64_t invisible[1])
 {
     const size_t *n = e->stats->bricks;
     size_t first[3], end[3];
-    bool any = needed_bricks(plan, first, end);
+    const bool any = needed_bricks(plan, first, end);
+    uint8_t *cells = vit_alloc(n[0] * n[1], 1);
     *outside = *invisible = 0;
-    for (size_t brick = 0; brick < n[0] * n[1] * n[2]; brick++) {
-        const size_t at[3] = {brick % n[0], brick / n[0] % n[1], brick / (n[0] * n[1])};
-        uint64_t voxels = 1;
-        bool in = any;
-        for (int axis = 0; axis < 3; axis++) {
-            size_t left = plan->n[axis] - at[axis] * VIT_BRICK;
-            voxels *= left < VIT_BRICK ? left : VIT_BRICK;
-            in = in && at[axis] >= first[axis] && at[axis] < end[axis];
-        }
-        *outside += in ? 0 : voxels;
-        *invisible += in && !is_reached(e, at, (size_t)plan->sent_reach) ? voxels : 0;
+    for (size_t k = 0; cells && k < n[2]; k++) {
+        sent_layer(plan, e, k, cells);
+        for (size_t j = 0; j < n[1]; j++)
+            for (size_t i = 0; i < n[0]; i++) {
+                const size_t at[3] = {i, j, k};
+                uint64_t voxels = cells[j * n[0] + i] ? 0 : 1;
+                bool in = any;
+                for (int axis = 0; axis < 3 && voxels > 0; axis++) {
+                    size_t left = plan->n[axis] - at[axis] * VIT_BRICK;
+                    voxels *= left < VIT_BRICK ? left : VIT_BRICK;
+                    in = in && at[axis] >= first[axis] && at[axis] < end[axis];
+                }
+                *(in ? invisible : outside) += voxels;
+            }
     }
+    vit_free(cells);
 }
 
 /* What is not sent is 0 in the texture, which has to be as invisible as what should be there: at or below
@@ -361,50 +405,13 @@ void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *reque
     }
 }
 
-/* cells[] along one axis: each takes the most of those up to `reach` away. */
-static void spread_line(uint8_t *cells, size_t count, size_t stride, size_t reach)
-{
-    size_t last = SIZE_MAX; /* the last one that was 255, before any was spread */
-    for (size_t i = 0; i < count; i++) {
-        uint8_t *cell = cells + i * stride;
-        last = *cell == 255 ? i : last;
-        *cell = *cell == 255 ? 255 : last != SIZE_MAX && i - last <= reach ? 254 : 0;
-    }
-    last = SIZE_MAX;
-    for (size_t i = count; i-- > 0;) {
-        uint8_t *cell = cells + i * stride;
-        last = *cell == 255 ? i : last;
-        *cell = *cell || (last != SIZE_MAX && last - i <= reach) ? (*cell == 255 ? 255 : 254) : 0;
-    }
-    for (size_t i = 0; i < count; i++)
-        cells[i * stride] = cells[i * stride] ? 255 : 0;
-}
-
-static void leave_unneeded(const struct vit_plan *plan, const size_t n[3], uint8_t *cells)
-{
-    size_t first[3], end[3];
-    (void)needed_bricks(plan, first, end);
-    for (size_t brick = 0; brick < n[0] * n[1] * n[2]; brick++) {
-        const size_t at[3] = {brick % n[0], brick / n[0] % n[1], brick / (n[0] * n[1])};
-        for (int axis = 0; axis < 3; axis++)
-            if (at[axis] < first[axis] || at[axis] >= end[axis])
-                cells[brick] = 0;
-    }
-}
-
-void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
+void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, size_t first, size_t end,
+                          uint8_t *cells)
 {
     const struct emptiness emptiness = emptiness_make(plan, volume);
-    const size_t *n = emptiness.stats->bricks, row = n[0], layer = n[0] * n[1], reach = (size_t)plan->sent_reach;
-    for (size_t brick = 0; brick < layer * n[2]; brick++)
-        cells[brick] = emptiness.stats->brick_max[brick] > emptiness.low ? 255 : 0;
-    for (size_t line = 0; line < n[1] * n[2]; line++)
-        spread_line(cells + line * row, n[0], 1, reach);
-    for (size_t line = 0; line < n[0] * n[2]; line++)
-        spread_line(cells + line / n[0] * layer + line % n[0], n[1], row, reach);
-    for (size_t line = 0; line < layer; line++)
-        spread_line(cells + line, n[2], layer, reach);
-    leave_unneeded(plan, n, cells);
+    const size_t *n = emptiness.stats->bricks;
+    for (size_t layer = first; layer < end; layer++)
+        sent_layer(plan, &emptiness, layer, cells + (layer - first) * n[0] * n[1]);
 }
 
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)

@@ -51,18 +51,33 @@ void vit_plan_choose_texel(struct vit_plan *plan, const struct vit_plan_request 
     plan->features |= plan->texel == VIT_TEXEL_R16R16 ? VIT_FEATURE(LAYERS) : 0;
 }
 
+/* The values that texels have room for: of 16 and 32 bits the same for nearly every CT, so that they can be sent while
+ * the rest of it is still read. Not where that would leave them less than two bits of what they have. */
+static void texel_range(const struct vit_plan *plan, const struct vit_volume *volume, int range[2])
+{
+    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    const int least = stats->raw_min, greatest = stats->raw_max;
+    const bool roomy = plan->texel != VIT_TEXEL_R8 && plan->texel != VIT_TEXEL_R16F;
+    if (roomy && vit_volume_usual_raw(vit_volume_get_info(volume), &range[0], &range[1]) && least >= range[0] &&
+        greatest <= range[1] && 4 * (greatest - least) >= range[1] - range[0])
+        return;
+    range[0] = least;
+    range[1] = greatest;
+}
+
 void vit_plan_scale_texels(struct vit_plan *plan, const struct vit_volume *volume)
 {
     const struct vit_volume_info *info = vit_volume_get_info(volume);
-    const struct vit_volume_stats *stats = vit_volume_get_stats(volume);
+    int ends[2];
+    texel_range(plan, volume, ends);
     if (plan->texel == VIT_TEXEL_R16F || plan->texel == VIT_TEXEL_R32F) {
         /* Half floats hold whole numbers up to 2048 either side of the middle. */
-        plan->raw_origin = floor((stats->raw_min + stats->raw_max + 1) / 2.0);
+        plan->raw_origin = floor((ends[0] + ends[1] + 1) / 2.0);
         plan->value_per_raw = 1;
     } else {
         double full = plan->texel == VIT_TEXEL_R8 ? 255 : 65535;
-        double range = fmax(1, (double)stats->raw_max - stats->raw_min);
-        plan->raw_origin = stats->raw_min;
+        double range = fmax(1, (double)ends[1] - ends[0]);
+        plan->raw_origin = ends[0];
         plan->value_per_raw = range <= full ? floor(full / range) / full : 1 / range;
     }
     plan->hu_origin = info->slope * plan->raw_origin + info->intercept;

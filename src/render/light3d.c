@@ -77,6 +77,7 @@ static bool send_rows(struct vit_gl *gl, struct vit_light3d *light, const struct
                                       .target = GL_TEXTURE_3D,
                                       .staging = &light->staging,
                                       .n = rows->plan->n,
+                                      .end = rows->plan->n[2],
                                       .wanted = rows->shade->wanted,
                                       .texel_bytes = format->bytes,
                                       .layout = format->layout,

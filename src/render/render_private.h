@@ -32,8 +32,7 @@ struct vit_texels {
     int raw_min; /* of entry 0 */
     size_t entry_bytes;
     unsigned char *entries;
-    /* HU that needs no looking up: raw - zero in texels of floats, (raw - raw_min)·step in those of 16 bits. 0:
-     * neither. */
+    /* HU that needs no looking up: (raw - zero)·step. step 0: it does. */
     int zero, step;
     float (*classified)[4]; /* for vit_texels_lit_row: what the entries are rounded from; NULL: unlit */
 };
@@ -52,6 +51,8 @@ void vit_texels_lit_line(const struct vit_texels *texels, const struct vit_shade
                          enum vit_sample sample, const void *samples, const struct vit_texels_line *line,
                          unsigned char *out);
 void vit_texels_clear(struct vit_texels *texels);
+/* Whether they depend on nothing but each voxel and the plan: then they can be made before a volume is whole. */
+bool vit_texels_are_reckoned(const struct vit_plan *plan);
 uint64_t vit_texels_hash(const struct vit_plan *plan); /* of all that texels depend on but the voxels */
 
 uint16_t vit_half_from_float(float value); /* to the nearest, ties to even */
@@ -126,7 +127,8 @@ struct vit_upload {
     const char *what;
     struct vit_staging *staging; /* the caller's to free; NULL: made and freed here */
     const size_t *n;
-    const uint8_t *wanted; /* bricks; only they, and few between them, are sent. NULL: everything */
+    size_t first, end;     /* slices; first: of a layer of bricks, where some are wanted */
+    const uint8_t *wanted; /* bricks from there on; only they, and few between them, are sent. NULL: everything */
     size_t texel_bytes;
     GLenum target, layout, type;
     /* Texels of `count` voxels of a row, from number `first` of the volume on. Called by several threads at once. */
@@ -169,6 +171,13 @@ VIT_NODISCARD bool vit_light2d_prepare(struct vit_gl *gl, struct vit_light2d *li
                                        const struct vit_plan *plan, struct vit_staging *staging);
 void vit_light2d_clear(struct vit_light2d *light);
 
+/* What a texture holds that is not whole: at least vit_plan_sent_bricks of plans whose visible_hu[0] is no less, whose
+ * reach is no more, and which need nothing outside this box. reach 0: of none. */
+struct vit_sent {
+    double hu;
+    int reach;
+    double low[3], high[3];
+};
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
@@ -177,15 +186,24 @@ struct vit_texture3d {
     size_t n[3];
     uint64_t made_from, lit_from;
     uint64_t bytes;
-    /* Bricks that are there (255): at least those of vit_plan_sent_bricks for these; NULL: all. */
-    uint8_t *sent;
-    double sent_hu;
-    int sent_reach;
+    uint8_t *bricks; /* those that are there (255); NULL: all */
+    struct vit_sent sent;
+    /* While layers of bricks follow each other: how many were looked at, and room for what is sent. */
+    bool follows;
+    size_t layers;
+    struct vit_staging staging;
 };
 /* shade: of the same plan; used where texels are lit beforehand. */
 VIT_NODISCARD bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture,
                                          const struct vit_volume *volume, const struct vit_shade *shade,
                                          const struct vit_plan *plan, const struct vit_progress *progress);
+/* Before the volume is whole, of a plan for what is assumed of it: allocates, then sends what the first so many layers
+ * of bricks hold, as far as they can say what that is. Whatever was not sent, or would be otherwise after all, prepare
+ * sends. */
+VIT_NODISCARD bool vit_texture3d_begin(struct vit_gl *gl, struct vit_texture3d *texture,
+                                       const struct vit_volume *volume, const struct vit_plan *plan);
+VIT_NODISCARD bool vit_texture3d_follow(struct vit_gl *gl, struct vit_texture3d *texture,
+                                        const struct vit_volume *volume, const struct vit_plan *plan, size_t layers);
 void vit_texture3d_clear(struct vit_texture3d *texture);
 
 /* A linked program with its uniforms: of shaders/slabs.* and shaders/reduce.*; X(name). */

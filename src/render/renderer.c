@@ -223,7 +223,7 @@ static bool prepare_shade(struct vit_renderer *renderer, const struct vit_plan *
     return made;
 }
 
-/* The first time the table is made beside them. */
+/* Where they are allocated the table is made beside them. */
 static bool prepare_texels(struct vit_renderer *renderer, const struct vit_plan *plan,
                            const struct vit_progress *progress)
 {
@@ -314,6 +314,19 @@ bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *
 {
     return prepare_targets(renderer, plan) && vit_table_prepare(renderer->gl, &renderer->table, plan) &&
            vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan);
+}
+
+bool vit_renderer_begin(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    const bool light = plan->features & VIT_FEATURE(LIGHT);
+    return plan->path != VIT_PATH_3D ||
+           (vit_texture3d_begin(renderer->gl, &renderer->texture3d, renderer->volume, plan) &&
+            (!light || vit_light3d_allocate(renderer->gl, &renderer->light3d, plan)));
+}
+
+bool vit_renderer_follow(struct vit_renderer *renderer, const struct vit_plan *plan, size_t layers)
+{
+    return vit_texture3d_follow(renderer->gl, &renderer->texture3d, renderer->volume, plan, layers);
 }
 
 bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,

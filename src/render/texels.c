@@ -20,12 +20,10 @@ const struct vit_texel_format vit_texel_formats[VIT_TEXEL_COUNT] = {
 uint64_t vit_texels_hash(const struct vit_plan *plan)
 {
     uint64_t hash = vit_hash_bytes(VIT_HASH_START, &plan->texel, sizeof plan->texel);
-    if (plan->sent_reach > 0) {
-        hash = vit_hash_bytes(hash, plan->need_low, sizeof plan->need_low);
-        hash = vit_hash_bytes(hash, plan->need_high, sizeof plan->need_high);
+    if (vit_texel_formats[plan->texel].channels == 1) {
+        hash = vit_hash_bytes(hash, &plan->raw_origin, sizeof plan->raw_origin);
+        return vit_hash_bytes(hash, &plan->value_per_raw, sizeof plan->value_per_raw);
     }
-    if (vit_texel_formats[plan->texel].channels == 1)
-        return hash;
     hash = vit_hash_transfer(hash, plan->transfer);
     hash = vit_hash_bytes(hash, &plan->texel_dither, sizeof plan->texel_dither);
     return vit_hash_bytes(hash, &plan->slab_mm, sizeof plan->slab_mm);
@@ -66,21 +64,24 @@ static void store_texel(const struct vit_texel_format *format, bool bytes, const
     }
 }
 
-/* Where a voxel's entry is a multiple of its value, reckoning it takes a fraction of the time of looking it up. */
-static void find_step(struct vit_texels *lookup, const struct vit_plan *plan, int count)
+/* Where a voxel's texel is a multiple of its value, reckoning it takes a fraction of the time of looking it up. */
+static void find_step(struct vit_texels *lookup, const struct vit_plan *plan)
 {
-    const bool words = lookup->entry_bytes == 2 && plan->texel != VIT_TEXEL_R16F && plan->texel != VIT_TEXEL_R8R8;
-    if (plan->texel == VIT_TEXEL_R32F && plan->value_per_raw == 1 && fabs(plan->raw_origin) < 1 << 20) {
-        lookup->zero = (int)plan->raw_origin;
-        lookup->step = 1;
-    }
-    if (!words || count < 2)
+    const double step = plan->texel == VIT_TEXEL_R32F ? plan->value_per_raw : plan->value_per_raw * 65535;
+    const bool reckons =
+        plan->texel == VIT_TEXEL_R32F || plan->texel == VIT_TEXEL_R16 || plan->texel == VIT_TEXEL_R16R16;
+    if (!reckons || fabs(step - rint(step)) > 1e-9 || fabs(plan->raw_origin) > 1 << 20 ||
+        plan->raw_origin != rint(plan->raw_origin))
         return;
-    const uint16_t *entries = (const void *)lookup->entries;
-    bool even = entries[0] == 0;
-    for (int i = 1; i < count && even; i++)
-        even = entries[i] == (uint16_t)(entries[1] * i);
-    lookup->step = even ? entries[1] : 0;
+    lookup->zero = (int)plan->raw_origin;
+    lookup->step = (int)lrint(step);
+}
+
+bool vit_texels_are_reckoned(const struct vit_plan *plan)
+{
+    struct vit_texels texels = {0};
+    find_step(&texels, plan);
+    return texels.step > 0;
 }
 
 bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume, const struct vit_plan *plan)
@@ -95,6 +96,9 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
                                   .entry_bytes = plan->texel_dither                ? 8
                                                  : plan->texel == VIT_TEXEL_R16R16 ? 2
                                                                                    : format->bytes};
+    find_step(lookup, plan);
+    if (lookup->step > 0)
+        return true;
     lookup->entries = vit_alloc((size_t)count, lookup->entry_bytes);
     if (plan->light.in_texels)
         lookup->classified = vit_alloc((size_t)count, sizeof *lookup->classified);
@@ -118,7 +122,6 @@ bool vit_texels_make(struct vit_texels *lookup, const struct vit_volume *volume,
         for (int c = 0; c < 4 && lookup->dither; c++)
             ((uint16_t *)(void *)entry)[c] = (uint16_t)lround(fmin(1, fmax(0, value[c])) * 255 * 256);
     }
-    find_step(lookup, plan, count);
     return true;
 }
 
@@ -203,15 +206,15 @@ static void classify_line(const struct vit_texels *lookup, enum vit_sample sampl
 static void reckon_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,
                         const struct vit_texels_line *line, unsigned char *out)
 {
-    const int zero = lookup->zero, raw_min = lookup->raw_min, step = lookup->step;
+    const int zero = lookup->zero, step = lookup->step;
     if (lookup->entry_bytes == 4 && sample == VIT_SAMPLE_I16)
         RECKON(int16_t, float, value - zero);
     else if (lookup->entry_bytes == 4)
         RECKON(uint16_t, float, value - zero);
     else if (sample == VIT_SAMPLE_I16)
-        RECKON(int16_t, uint16_t, (value - raw_min) * step);
+        RECKON(int16_t, uint16_t, (value - zero) * step);
     else
-        RECKON(uint16_t, uint16_t, (value - raw_min) * step);
+        RECKON(uint16_t, uint16_t, (value - zero) * step);
 }
 
 void vit_texels_line(const struct vit_texels *lookup, enum vit_sample sample, const void *samples,

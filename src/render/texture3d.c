@@ -29,23 +29,40 @@ static void put_row(const void *user, size_t first, size_t count, unsigned char 
     vit_texels_line(rows->texels, rows->sample, rows->samples, &next, out + line.out_stride / 2);
 }
 
-static bool upload(struct vit_gl *gl, GLenum target, const struct vit_texels *texels, const struct vit_volume *volume,
-                   const struct vit_shade *shade, const struct vit_plan *plan, const uint8_t *wanted,
-                   const struct vit_progress *progress)
+/* What of the volume is sent: of slices [first, end) the bricks that are wanted. */
+struct part {
+    size_t first, end;
+    const uint8_t *wanted;
+    const struct vit_shade *shade;
+    struct vit_staging *staging;
+};
+
+static bool upload(struct vit_gl *gl, GLenum target, const struct part *part, const struct vit_volume *volume,
+                   const struct vit_plan *plan, const struct vit_progress *progress)
 {
-    const struct vit_texel_format *format = texels->format;
-    const struct rows rows = {texels, plan->light.in_texels ? shade : NULL, plan, vit_volume_get_info(volume)->sample,
-                              vit_volume_samples(volume)};
+    struct vit_texels texels;
+    if (!vit_texels_make(&texels, volume, plan)) {
+        vit_error(vit_gl_log(gl), "out of memory for the texel table");
+        return false;
+    }
+    const struct vit_texel_format *format = texels.format;
+    const struct rows rows = {&texels, plan->light.in_texels ? part->shade : NULL, plan,
+                              vit_volume_get_info(volume)->sample, vit_volume_samples(volume)};
     const struct vit_upload upload = {.what = "texture",
                                       .target = target,
                                       .n = plan->n,
-                                      .wanted = wanted,
+                                      .first = part->first,
+                                      .end = part->end,
+                                      .wanted = part->wanted,
+                                      .staging = part->staging,
                                       .texel_bytes = format->bytes,
                                       .layout = format->layout,
                                       .type = format->type,
                                       .row = put_row,
                                       .user = &rows};
-    return vit_upload_run(gl, &upload, progress);
+    const bool good = vit_upload_run(gl, &upload, progress) && vit_gl_check(gl, "texture upload");
+    vit_texels_clear(&texels);
+    return good;
 }
 
 static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
@@ -76,19 +93,29 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
     return true;
 }
 
+static struct vit_sent sent_of(const struct vit_plan *plan)
+{
+    struct vit_sent sent = {.hu = plan->visible_hu[0], .reach = plan->sent_reach};
+    memcpy(sent.low, plan->need_low, sizeof sent.low);
+    memcpy(sent.high, plan->need_high, sizeof sent.high);
+    return sent;
+}
+
 /* Whether all that the plan wants to be sent has been. */
 static bool sent_enough(const struct vit_texture3d *texture, const struct vit_plan *plan)
 {
-    return !texture->sent ||
-           (plan->sent_reach > 0 && plan->sent_reach <= texture->sent_reach && plan->visible_hu[0] >= texture->sent_hu);
+    const struct vit_sent *there = &texture->sent;
+    bool enough = plan->sent_reach > 0 && plan->sent_reach <= there->reach && plan->visible_hu[0] >= there->hu;
+    for (int axis = 0; axis < 3; axis++)
+        enough = enough && plan->need_low[axis] >= there->low[axis] && plan->need_high[axis] <= there->high[axis];
+    return !texture->bricks || enough;
 }
 
-/* What there is to be sent, of which texture->sent is there already. bricks NULL: everything. */
+/* What there is to be sent, of which texture->bricks are there already. bricks NULL: everything. */
 struct missing {
     uint8_t *bricks;
     size_t count;
-    double hu;
-    int reach;
+    struct vit_sent sent;
 };
 
 /* Never less than was sent before: views that move and those at rest ask for different things, by turns. False: out of
@@ -97,7 +124,8 @@ static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *te
                          const struct vit_plan *plan, struct missing *missing)
 {
     const size_t *n = vit_volume_get_stats(volume)->bricks;
-    *missing = (struct missing){NULL, n[0] * n[1] * n[2], plan->visible_hu[0], plan->sent_reach};
+    struct vit_plan wider = *plan;
+    *missing = (struct missing){NULL, n[0] * n[1] * n[2], {0}};
     if (plan->sent_reach == 0)
         return true;
     missing->bricks = vit_alloc(missing->count, 1);
@@ -105,58 +133,67 @@ static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *te
         vit_error(vit_gl_log(gl), "out of memory for the bricks that are sent");
         return false;
     }
-    struct vit_plan wider = *plan;
-    if (texture->sent) {
-        wider.visible_hu[0] = missing->hu = fmin(missing->hu, texture->sent_hu);
-        wider.sent_reach = missing->reach =
-            plan->sent_reach > texture->sent_reach ? plan->sent_reach : texture->sent_reach;
+    if (texture->bricks && texture->sent.reach > 0) {
+        wider.visible_hu[0] = fmin(plan->visible_hu[0], texture->sent.hu);
+        wider.sent_reach = plan->sent_reach > texture->sent.reach ? plan->sent_reach : texture->sent.reach;
+        for (int axis = 0; axis < 3; axis++) {
+            wider.need_low[axis] = fmin(plan->need_low[axis], texture->sent.low[axis]);
+            wider.need_high[axis] = fmax(plan->need_high[axis], texture->sent.high[axis]);
+        }
     }
-    vit_plan_sent_bricks(&wider, volume, missing->bricks);
-    for (size_t brick = 0; texture->sent && brick < missing->count; brick++)
-        missing->bricks[brick] = texture->sent[brick] ? 0 : missing->bricks[brick];
+    missing->sent = sent_of(&wider);
+    vit_plan_sent_bricks(&wider, volume, 0, n[2], missing->bricks);
+    for (size_t brick = 0; texture->bricks && brick < missing->count; brick++)
+        missing->bricks[brick] = texture->bricks[brick] ? 0 : missing->bricks[brick];
     return true;
 }
 
 /* After what was missing has been sent. */
 static void note_sent(struct vit_texture3d *texture, struct missing *missing)
 {
-    for (size_t brick = 0; missing->bricks && texture->sent && brick < missing->count; brick++)
-        missing->bricks[brick] |= texture->sent[brick];
-    vit_free(texture->sent);
-    texture->sent = missing->bricks;
-    texture->sent_hu = missing->hu;
-    texture->sent_reach = missing->reach;
+    for (size_t brick = 0; missing->bricks && texture->bricks && brick < missing->count; brick++)
+        missing->bricks[brick] |= texture->bricks[brick];
+    vit_free(texture->bricks);
+    texture->bricks = missing->bricks;
+    texture->sent = missing->sent;
     missing->bricks = NULL;
+}
+
+static void stop_following(struct vit_texture3d *texture)
+{
+    texture->follows = false;
+    vit_free(texture->staging.bytes);
+    texture->staging = (struct vit_staging){0};
 }
 
 bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
                            const struct vit_shade *shade, const struct vit_plan *plan,
                            const struct vit_progress *progress)
 {
+    const uint64_t hash = vit_texels_hash(plan);
+    /* What is not sent has to be 0, not other texels'. */
+    if (texture->made_from && texture->made_from != hash && plan->sent_reach > 0)
+        vit_texture3d_clear(texture);
     if (!allocate(gl, texture, plan)) {
         vit_texture3d_clear(texture);
         return false;
     }
+    stop_following(texture);
     vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
-    uint64_t hash = vit_texels_hash(plan), lit = plan->light.in_texels ? shade->table_from : 0;
+    const uint64_t lit = plan->light.in_texels ? shade->table_from : 0;
     bool same = texture->made_from == hash, only_light = same && texture->lit_from && lit;
     if (!same) {
-        vit_free(texture->sent);
-        texture->sent = NULL;
+        vit_free(texture->bricks);
+        texture->bricks = NULL;
     }
     bool there = same && sent_enough(texture, plan);
     if (there && (texture->lit_from == lit || (only_light && plan->light.stays)))
         return true;
-    struct vit_texels texels;
     struct missing missing = {0};
-    bool good = vit_texels_make(&texels, volume, plan);
-    if (!good)
-        vit_error(vit_gl_log(gl), "out of memory for the texel table");
-    good = good && (there || missing_find(gl, texture, volume, plan, &missing));
-    const uint8_t *wanted = there && only_light ? shade->wanted : missing.bricks;
-    good = good && upload(gl, texture->target, &texels, volume, shade, plan, wanted, progress) &&
-           vit_gl_check(gl, "texture upload");
-    vit_texels_clear(&texels);
+    bool good = there || missing_find(gl, texture, volume, plan, &missing);
+    const struct part part = {
+        .end = plan->n[2], .wanted = there && only_light ? shade->wanted : missing.bricks, .shade = shade};
+    good = good && upload(gl, texture->target, &part, volume, plan, progress);
     if (good && !there)
         note_sent(texture, &missing);
     vit_free(missing.bricks);
@@ -165,9 +202,68 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     return good;
 }
 
+bool vit_texture3d_begin(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
+                         const struct vit_plan *plan)
+{
+    const size_t *n = vit_volume_get_stats(volume)->bricks;
+    if (!vit_texels_are_reckoned(plan))
+        return true;
+    vit_texture3d_clear(texture);
+    if (!allocate(gl, texture, plan)) {
+        vit_texture3d_clear(texture);
+        return false;
+    }
+    vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
+    texture->bricks = vit_alloc_zero(n[0] * n[1] * n[2], 1);
+    if (!texture->bricks) /* then it is filled when it is prepared */
+        return true;
+    texture->made_from = vit_texels_hash(plan);
+    texture->follows = true;
+    return true;
+}
+
+/* Once all has been sent that there is to send. */
+static void end_following(struct vit_texture3d *texture, const struct vit_plan *plan, size_t bricks)
+{
+    stop_following(texture);
+    texture->sent = sent_of(plan);
+    if (memchr(texture->bricks, 0, bricks))
+        return;
+    vit_free(texture->bricks);
+    texture->bricks = NULL;
+}
+
+bool vit_texture3d_follow(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
+                          const struct vit_plan *plan, size_t layers)
+{
+    const size_t *n = vit_volume_get_stats(volume)->bricks, layer = n[0] * n[1], reach = (size_t)plan->sent_reach;
+    const size_t first = texture->layers, end = layers == n[2] ? layers : layers > reach ? layers - reach : 0;
+    if (!texture->follows || end <= first)
+        return true;
+    uint8_t *bricks = texture->bricks + first * layer;
+    if (plan->sent_reach > 0)
+        vit_plan_sent_bricks(plan, volume, first, end, bricks);
+    else
+        memset(bricks, 255, (end - first) * layer);
+    const struct part part = {.first = first * VIT_BRICK,
+                              .end = end == n[2] ? plan->n[2] : end * VIT_BRICK,
+                              .wanted = plan->sent_reach > 0 ? bricks : NULL,
+                              .staging = &texture->staging};
+    glBindTexture(texture->target, texture->texture);
+    texture->layers = end;
+    if (!upload(gl, texture->target, &part, volume, plan, NULL)) {
+        vit_texture3d_clear(texture);
+        return false;
+    }
+    if (end == n[2])
+        end_following(texture, plan, layer * n[2]);
+    return true;
+}
+
 void vit_texture3d_clear(struct vit_texture3d *texture)
 {
     glDeleteTextures(1, &texture->texture);
-    vit_free(texture->sent);
+    vit_free(texture->bricks);
+    vit_free(texture->staging.bytes);
     *texture = (struct vit_texture3d){0};
 }

@@ -128,14 +128,15 @@ static size_t add_slices(struct sender *sender, size_t first)
     const size_t *n = upload->n, columns = bricks_of(n[0]), rows = bricks_of(n[1]);
     size_t slices = STAGING_BYTES / (n[0] * n[1] * upload->texel_bytes);
     slices = upload->wanted ? VIT_BRICK : slices > 0 ? slices : 1;
-    const size_t end = least_of(n[2], first + slices), middle = least_of(end, first + HALF_LAYER);
+    const size_t end = least_of(upload->end, first + slices), middle = least_of(end, first + HALF_LAYER);
     if (!upload->wanted) {
         add_box(sender, &(struct box){{0, 0, first}, {n[0], n[1], end}});
         return end;
     }
     struct vit_pieces pieces;
-    const struct vit_layer layer = {
-        upload->wanted + first / VIT_BRICK * rows * columns, {columns, rows, 1}, {1, columns, rows * columns}};
+    const struct vit_layer layer = {upload->wanted + (first - upload->first) / VIT_BRICK * rows * columns,
+                                    {columns, rows, 1},
+                                    {1, columns, rows * columns}};
     vit_pieces_find(&pieces, &layer, WASTE);
     add_wanted(sender, &pieces, first, middle);
     add_wanted(sender, &pieces, middle, end);
@@ -177,7 +178,7 @@ bool vit_upload_run(struct vit_gl *gl, const struct vit_upload *upload, const st
     struct batch halves[2] = {{.staging = staging}, {.staging = staging + room}};
     struct sender sender = {upload, gl, room, &halves[0], &halves[1]};
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (size_t first = 0; first < n[2] && going;) {
+    for (size_t first = upload->first; first < upload->end && going;) {
         first = add_slices(&sender, first);
         going = vit_progress_step(progress, upload->what, first, n[2]);
     }

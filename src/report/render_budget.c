@@ -59,7 +59,8 @@ static void find_texel_noise(struct budget *b)
 {
     const struct vit_volume_info *info = vit_volume_get_info(b->scene->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(b->scene->volume);
-    double range = (double)stats->raw_max - stats->raw_min, filter = 4 * FLOAT_STEP * range;
+    double range = (double)stats->raw_max - stats->raw_min;
+    double filter = 4 * FLOAT_STEP * fmax(range, fabs(stats->raw_max - b->plan->raw_origin));
     double step = b->plan->texel_dither ? 1 : 0.5;
     switch (b->plan->texel) {
     case VIT_TEXEL_R8:

@@ -91,6 +91,66 @@ static void layer_bricks(struct vit_volume *volume, size_t bk)
     }
 }
 
+size_t vit_volume_layer_end(const struct vit_volume *volume, size_t bk)
+{
+    size_t first, end;
+    brick_span(bk, volume->info.n[2], &first, &end);
+    return end;
+}
+
+void vit_volume_layer_ready(struct vit_volume *volume, size_t bk)
+{
+    size_t first, end;
+    brick_span(bk, volume->info.n[2], &first, &end);
+    bool done = true;
+    for (size_t k = first; k < end; k++)
+        done = done && volume->slice_done[k];
+    if (done) /* else memory was short: what was assumed holds */
+        layer_bricks(volume, bk);
+}
+
+static bool allocate_bricks(struct vit_volume *volume, const struct vit_log *log)
+{
+    struct vit_volume_stats *s = &volume->stats;
+    const size_t count = s->bricks[0] * s->bricks[1] * s->bricks[2];
+    if (!volume->brick_min)
+        volume->brick_min = vit_alloc(count, sizeof(*volume->brick_min));
+    if (!volume->brick_max)
+        volume->brick_max = vit_alloc(count, sizeof(*volume->brick_max));
+    s->brick_min = volume->brick_min;
+    s->brick_max = volume->brick_max;
+    if (volume->brick_min && volume->brick_max)
+        return true;
+    vit_error(log, "volume: no memory for the statistics of %zu bricks; close other programs or use a smaller stack",
+              count);
+    return false;
+}
+
+static void set_range(struct vit_volume *volume, int raw_min, int raw_max)
+{
+    struct vit_volume_stats *s = &volume->stats;
+    double a = volume->info.slope * raw_min + volume->info.intercept;
+    double b = volume->info.slope * raw_max + volume->info.intercept;
+    s->raw_min = raw_min;
+    s->raw_max = raw_max;
+    s->hu_min = a < b ? a : b;
+    s->hu_max = a < b ? b : a;
+}
+
+bool vit_volume_assume(struct vit_volume *volume, const struct vit_log *log)
+{
+    const size_t *bricks = volume->stats.bricks, count = bricks[0] * bricks[1] * bricks[2];
+    int low, high;
+    if (volume->finished || !vit_volume_usual_raw(&volume->info, &low, &high) || !allocate_bricks(volume, log))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        volume->brick_min[i] = low;
+        volume->brick_max[i] = high;
+    }
+    set_range(volume, low, high);
+    return true;
+}
+
 static void compute_bricks(struct vit_volume *volume, int16_t *lines, int threads)
 {
     struct vit_volume_stats *s = &volume->stats;
@@ -106,12 +166,12 @@ static void compute_bricks(struct vit_volume *volume, int16_t *lines, int thread
         for (size_t bk = 0; bk < s->bricks[2]; bk++)
             layer_bricks(volume, bk);
     }
-    s->raw_min = INT32_MAX;
-    s->raw_max = INT32_MIN;
+    int raw_min = INT32_MAX, raw_max = INT32_MIN;
     for (size_t i = 0; i < s->bricks[0] * s->bricks[1] * s->bricks[2]; i++) {
-        s->raw_min = volume->brick_min[i] < s->raw_min ? volume->brick_min[i] : s->raw_min;
-        s->raw_max = volume->brick_max[i] > s->raw_max ? volume->brick_max[i] : s->raw_max;
+        raw_min = volume->brick_min[i] < raw_min ? volume->brick_min[i] : raw_min;
+        raw_max = volume->brick_max[i] > raw_max ? volume->brick_max[i] : raw_max;
     }
+    set_range(volume, raw_min, raw_max);
 }
 
 static int thread_count(void)
@@ -133,29 +193,16 @@ bool vit_volume_stats_init(struct vit_volume *volume)
 
 bool vit_volume_stats_compute(struct vit_volume *volume, const struct vit_log *log)
 {
-    struct vit_volume_stats *s = &volume->stats;
     const int threads = thread_count();
-    const size_t count = s->bricks[0] * s->bricks[1] * s->bricks[2];
+    if (!allocate_bricks(volume, log))
+        return false;
     int16_t *lines = vit_alloc((size_t)threads * 2 * volume->info.n[0], sizeof(*lines));
-    vit_free(volume->brick_min);
-    vit_free(volume->brick_max);
-    volume->brick_min = vit_alloc(count, sizeof(*volume->brick_min));
-    volume->brick_max = vit_alloc(count, sizeof(*volume->brick_max));
-    bool done = lines && volume->brick_min && volume->brick_max;
-    if (done) {
+    if (lines) {
         compute_bricks(volume, lines, threads);
-        double a = volume->info.slope * s->raw_min + volume->info.intercept;
-        double b = volume->info.slope * s->raw_max + volume->info.intercept;
-        s->hu_min = a < b ? a : b;
-        s->hu_max = a < b ? b : a;
-        s->brick_min = volume->brick_min;
-        s->brick_max = volume->brick_max;
         vit_volume_stats_forget(volume);
-    } else {
-        vit_error(log,
-                  "volume: no memory for the statistics of %zu bricks; close other programs or use a smaller stack",
-                  count);
-    }
+    } else
+        vit_error(log, "volume: no memory for statistics; close other programs or use a smaller stack");
+    const bool done = lines != NULL;
     vit_free(lines);
     return done;
 }

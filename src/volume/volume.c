@@ -84,6 +84,18 @@ size_t vit_volume_info_bytes(const struct vit_volume_info *info)
     return info->n[0] * info->n[1] * info->n[2] * sizeof(int16_t);
 }
 
+#define USUAL_HU_LOW  (-2048)
+#define USUAL_HU_HIGH 4095
+
+bool vit_volume_usual_raw(const struct vit_volume_info *info, int *low, int *high)
+{
+    if (!info->is_hu || !(info->slope * UINT16_MAX > USUAL_HU_HIGH - USUAL_HU_LOW) || fabs(info->intercept) > 1e6)
+        return false;
+    *low = (int)floor((USUAL_HU_LOW - info->intercept) / info->slope);
+    *high = (int)ceil((USUAL_HU_HIGH - info->intercept) / info->slope);
+    return *high - *low <= UINT16_MAX;
+}
+
 struct vit_volume *vit_volume_create(const struct vit_volume_info *info, const struct vit_log *log)
 {
     if (!vit_volume_info_check(info, log))

@@ -1,6 +1,7 @@
 #!/bin/sh
 # snapshot.sh - from start to PNG at 800 x 800 (median and least of RUNS, 5) and peak memory of the whole process, beside
 # what the voxels and the textures take: the rest is Mesa, the picture and us. Needs /usr/bin/time (Debian: time).
+# DISK_MBS=80: files come from a disk of so many megabytes a second.
 set -eu
 vitrine=${VITRINE:-build/release/vitrine}
 runs=${RUNS:-5}
@@ -13,6 +14,11 @@ if [ ! -x /usr/bin/time ]; then
     exit 0
 fi
 
+slow=
+if [ -n "${DISK_MBS:-}" ]; then
+    slow=$work/slow_disk.so
+    ${CC:-cc} -O2 -D_GNU_SOURCE -shared -fPIC "$(dirname "$0")/slow_disk.c" -o "$slow"
+fi
 echo '| scene | classify | start to PNG, median s | least s | peak MB | voxels MB | textures MB | rest MB |'
 echo '|---|---|---:|---:|---:|---:|---:|---:|'
 for scene in cranium chest; do
@@ -25,7 +31,7 @@ for scene in cranium chest; do
         set -- --set sampling.classify=$classify
         : >"$work/times"
         for _ in $(seq "$runs"); do
-            /usr/bin/time -f '%e %M' -a -o "$work/times" "$vitrine" snapshot -q "$input" "$@" -o "$work/out.png"
+            /usr/bin/time -f '%e %M' -a -o "$work/times" env LD_PRELOAD="$slow" "$vitrine" snapshot -q "$input" "$@" -o "$work/out.png"
         done
         textures=$("$vitrine" bench "$input" "$@" --frames 1 --size 32x32 -q --json | awk -F'[:,]' '/"texture_bytes"/ {print $2 + 0}')
         sort -n "$work/times" | awk -v scene=$scene -v classify=$classify -v voxels="$megabytes" -v textures="$textures" '

@@ -51,6 +51,18 @@ for scene in "slab reshade" "slab smooth" "pre reshade"; do
     fi
 done
 
+# Sent while it is read, or read first: an NRRD file is read as one.
+"$VITRINE" convert phantom:head -o "$d/head" -q && "$VITRINE" convert phantom:head -o "$d/head.nrrd" -q
+for scene in "bone" "bone --set shading.model=none" "bone --path stacks" "bone --keep unsent"; do
+    # shellcheck disable=SC2086 # options
+    if draw "$d/head" --preset $scene -o "$d/1.png" && draw "$d/head.nrrd" --preset $scene -o "$d/2.png" &&
+        cmp "$d/1.png" "$d/2.png" >>"$tap_out" 2>&1; then
+        tap_pass "sent while it is read: the same picture ($scene)"
+    else
+        tap_fail "sent while it is read: the same picture ($scene)"
+    fi
+done
+
 # ---- right is right -------------------------------------------------------------------------------------------------
 # Dark body, bright letters: what stands at the centre of each of the 7 x 7 cells of 8 mm. The body is not wholly opaque,
 # because the way from air into a letter leads through its HU for a third of a voxel.

@@ -191,8 +191,8 @@ static void what_is_not_needed_is_not_sent(void **state)
         assert_null(find(&kept, "what clip_mm trims away")->rule);
         assert_string_equal(find(&plan, "what clip_mm trims away")->rule, "outside");
         assert_true(vit_plan_needed(&plan, plan.sent_reach * VIT_BRICK, first, end));
-        vit_plan_sent_bricks(&kept, scene->volume, all);
-        vit_plan_sent_bricks(&plan, scene->volume, cells);
+        vit_plan_sent_bricks(&kept, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], all);
+        vit_plan_sent_bricks(&plan, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], cells);
         for (size_t b = 0; b < 9 * 6 * 5; b++) {
             const size_t at[3] = {b % 9, b / 9 % 6, b / 54};
             uint64_t voxels = 1;

@@ -317,7 +317,7 @@ static void what_is_invisible_is_not_sent(void **state)
         assert_true(leaves_out(&plan, "sending what is invisible") == (cases[i].reach > 0));
         if (cases[i].reach == 0)
             continue;
-        vit_plan_sent_bricks(&plan, scene->volume, cells);
+        vit_plan_sent_bricks(&plan, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], cells);
         for (int brick = 0; brick < 8 * 6 * 5; brick++) {
             const int at[3] = {brick % 8, brick / 8 % 6, brick / 48};
             bool wanted = true;
@@ -325,6 +325,9 @@ static void what_is_invisible_is_not_sent(void **state)
                 wanted = wanted && at[axis] >= 2 - cases[i].reach && at[axis] <= 3 + cases[i].reach;
             assert_int_equal(cells[brick], wanted ? 255 : 0);
         }
+        uint8_t layers[2 * 8 * 6]; /* some of them are no others */
+        vit_plan_sent_bricks(&plan, scene->volume, 1, 3, layers);
+        assert_memory_equal(layers, cells + 8 * 6, sizeof layers);
     }
     scene->points[0] = (struct vit_transfer_point){-1000, {0, 0, 0}, 0};
     scene->preset.sampling.classify = VIT_CLASSIFY_PRE;
@@ -584,6 +587,8 @@ static void cpus_stretch_sketches_themselves(void **state)
         struct vit_plan_request request = ask(scene);
         request.path = cases[i].one_pass ? VIT_PATH_3D : VIT_PATH_STACKS;
         request.caps.software = cases[i].software;
+        request.caps.texture_float_linear = true;
+        request.caps.max_array_layers = 2048;
         request.keep = keep;
         request.keep_count = cases[i].keep;
         scene->preset.sampling.flat = cases[i].flat;
@@ -921,6 +926,38 @@ static void texels_say_where_hu_lie(void **state)
     scene->preset = before;
 }
 
+/* So that they can be sent before all of it is known: where values are usual, and not few. */
+static void texels_of_most_ct_have_one_scale(void **state)
+{
+    static const struct {
+        int low, high, software;
+        double origin, step;
+    } cases[] = {{-1024, 3071, 0, -2048, 10.0 / 65535}, {-900, 800, 0, -2048, 10.0 / 65535},
+                 {-1024, 3071, 1, -2048, 10.0 / 65535}, {-1000, 500, 0, -1000, 43.0 / 65535},
+                 {-1000, 4096, 0, -1000, 12.0 / 65535}, {-2049, 3071, 1, -2049, 12.0 / 65535}};
+    struct scene *scene = *state;
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_volume *volume = vit_volume_create(vit_volume_get_info(scene->volume), &scene->log);
+        int16_t *samples = vit_volume_samples_mut(volume);
+        for (size_t at = 0; at < 64 * 48 * 40; at++)
+            samples[at] = (int16_t)(at % 2 ? cases[i].low : cases[i].high);
+        assert_true(vit_volume_finish(volume, &scene->log));
+        struct vit_plan_request request = ask(scene);
+        request.volume = volume;
+        request.caps.texture_norm16 = 1;
+        request.caps.software = cases[i].software;
+        request.caps.texture_float_linear = true;
+        request.caps.max_array_layers = 2048;
+        struct vit_plan plan = make(scene, &request);
+        assert_int_equal(plan.texel, cases[i].software ? VIT_TEXEL_R16R16 : VIT_TEXEL_R16);
+        assert_true(plan.raw_origin == cases[i].origin && fabs(plan.value_per_raw - cases[i].step) < 1e-12);
+        vit_volume_destroy(&volume);
+    }
+    scene->preset = before;
+}
+
 /* The cube of 8³ voxels of 64 × 48 × 40 shows; samples between it and air do not count, bricks around it do. */
 static void the_histogram_says_what_shows(void **state)
 {
@@ -1019,6 +1056,7 @@ int main(void)
         cmocka_unit_test(nothing_over_the_picture_takes_no_pass),
         cmocka_unit_test(bytes_of_colors_are_dithered),
         cmocka_unit_test(texels_say_where_hu_lie),
+        cmocka_unit_test(texels_of_most_ct_have_one_scale),
         cmocka_unit_test(the_histogram_says_what_shows),
         cmocka_unit_test(measured_costs_tell_what_is_saved),
     };

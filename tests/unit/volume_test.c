@@ -110,6 +110,58 @@ static void statistics_are_those_of_brute_force(void **state)
     print_message("# %zu bricks, all equal\n", bricks);
 }
 
+/* While a volume is filled: usual values, then layer by layer what finish says of them. */
+static void layers_are_known_before_the_volume_is(void **state)
+{
+    (void)state;
+    struct vit_volume_info info = plain(37, 20, 18, VIT_SAMPLE_U16);
+    info.slope = 2, info.intercept = -1024, info.is_hu = false;
+    struct vit_volume *volume = noise(info);
+    const struct vit_volume_stats *s = vit_volume_get_stats(volume);
+    assert_false(vit_volume_assume(volume, NULL));
+    vit_volume_destroy(&volume);
+    info.is_hu = true;
+    volume = noise(info);
+    s = vit_volume_get_stats(volume);
+    assert_true(vit_volume_assume(volume, NULL));
+    const size_t layer = s->bricks[0] * s->bricks[1], count = layer * s->bricks[2];
+    assert_true(s->raw_min == -512 && s->raw_max == 2560 && s->hu_min == -2048 && s->hu_max == 4096);
+    for (size_t i = 0; i < count; i++)
+        assert_true(s->brick_min[i] == -512 && s->brick_max[i] == 2560);
+    for (size_t bk = 0, k = 0; bk < s->bricks[2]; bk++) {
+        for (; k < vit_volume_layer_end(volume, bk); k++)
+            vit_volume_slice_ready(volume, k);
+        vit_volume_layer_ready(volume, bk);
+        size_t b[3] = {0, 0, bk}, index = bk * layer;
+        for (b[1] = 0; b[1] < s->bricks[1]; b[1]++)
+            for (b[0] = 0; b[0] < s->bricks[0]; b[0]++, index++)
+                check_brick(volume, b, index);
+        assert_true(index == count || s->brick_min[index] == -512);
+    }
+    assert_true(vit_volume_finish(volume, NULL) && s->raw_min >= 0 && !vit_volume_assume(volume, NULL));
+    vit_volume_destroy(&volume);
+}
+
+static void usual_values_are_hu(void **state)
+{
+    (void)state;
+    static const struct {
+        double slope, intercept;
+        bool is_hu, usual;
+        int low, high;
+    } cases[] = {{1, 0, true, true, -2048, 4095},    {1, -1024, true, true, -1024, 5119},
+                 {2, -1024, true, true, -512, 2560}, {0.1, 0, true, true, -20480, 40950},
+                 {1, 0, false, false, 0, 0},         {-1, 0, true, false, 0, 0},
+                 {0.05, 0, true, false, 0, 0},       {1, 1e30, true, false, 0, 0}};
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        struct vit_volume_info info = plain(4, 4, 4, VIT_SAMPLE_I16);
+        int low = 0, high = 0;
+        info.slope = cases[i].slope, info.intercept = cases[i].intercept, info.is_hu = cases[i].is_hu;
+        assert_true(vit_volume_usual_raw(&info, &low, &high) == cases[i].usual);
+        assert_true(low == cases[i].low && high == cases[i].high);
+    }
+}
+
 static void geometry_of_a_sheared_left_handed_box(void **state)
 {
     (void)state;
@@ -370,6 +422,8 @@ static void every_acquisition_can_fail(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(layers_are_known_before_the_volume_is),
+        cmocka_unit_test(usual_values_are_hu),
         cmocka_unit_test(statistics_are_those_of_brute_force),
         cmocka_unit_test(geometry_of_a_sheared_left_handed_box),
         cmocka_unit_test(hu_is_clamped_to_the_edge),
