@@ -274,7 +274,7 @@ struct vit_plan_request {
      * (bits 1 << axis). False: stacks are made when a picture needs them, which waits. */
     bool beside;
     unsigned stacks_there;
-    const uint64_t *histogram; /* of vit_volume_histogram; NULL: not counted */
+    const struct vit_histogram *histogram; /* NULL: not counted */
 };
 enum vit_plan_result {
     VIT_PLAN_DONE = 0,

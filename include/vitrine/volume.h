@@ -68,9 +68,18 @@ struct vit_volume_stats {
     const int32_t *brick_min, *brick_max;
 };
 const struct vit_volume_stats *vit_volume_get_stats(const struct vit_volume *volume);
-/* Samples per raw value of a finished volume: histogram[raw - raw_min], raw_max - raw_min + 1 entries. Counted at every
- * call, in parallel. False when out of memory. */
-VIT_NODISCARD bool vit_volume_histogram(const struct vit_volume *volume, uint64_t *histogram);
+/* Of whole rows of a finished volume, by raw value less raw_min (raw_max - raw_min + 1 entries): samples that have it
+ * or less, and pairs of neighbours, in a row or in the next row of the slice, of which one has it or less and the other
+ * more: so often what is above is parted from what is not. */
+struct vit_histogram {
+    uint64_t *upto, *crossed; /* one allocation, from upto */
+    uint64_t total, pairs;    /* samples and pairs that were looked at; > 0, >= 0 */
+};
+/* Counted in parallel: all rows, or evenly spread ones that have about `most` samples (0: all). NULL when out of memory
+ * (not logged). */
+#define VIT_HISTOGRAM_ENOUGH (1 << 18)
+struct vit_histogram *vit_volume_histogram(const struct vit_volume *volume, size_t most);
+void vit_histogram_destroy(struct vit_histogram **histogram);
 
 /* Length of the three voxel edges [mm], and of the shortest. */
 struct vit_vec3 vit_volume_spacing_mm(const struct vit_volume_info *info);

@@ -88,7 +88,7 @@ struct app_scene {
     double flat;
     double gl_ms, load_ms; /* context; input */
     const char *keep;      /* one more rule that is switched off; NULL: none */
-    uint64_t *histogram;   /* of app_scene_count; NULL: not counted */
+    struct vit_histogram *histogram;
 };
 
 /* Fast failures first: preset, GL, then the volume, then the plan. On anything but DONE the scene is closed and the
@@ -104,8 +104,6 @@ VIT_NODISCARD enum vit_exit app_pipeline_run(struct app_scene *scene, struct app
 struct vit_preset *app_preset_open(struct app *app, const char *name);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
-/* Counts the histogram that later plans take figures from. False: out of memory (logged). */
-VIT_NODISCARD bool app_scene_count(struct app_scene *scene, struct app *app);
 /* After a failed upload: where auto chose the path, the next one, said and planned for the same view. False: there is
  * none, or it was not auto's choice. */
 VIT_NODISCARD bool app_scene_fall_back(struct app_scene *scene, struct app *app);

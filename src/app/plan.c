@@ -156,10 +156,7 @@ enum vit_exit app_plan(struct app *app)
     enum vit_exit status = app_scene_open(&scene, app);
     if (status != VIT_EXIT_DONE)
         return status;
-    const struct vit_view view = scene.view;
-    bool counted = app_scene_count(&scene, app);
-    status = counted ? app_scene_plan(&scene, app, &view) : VIT_EXIT_FAILED;
-    if (status == VIT_EXIT_DONE && app->settings->measure)
+    if (app->settings->measure)
         status = app_savings_measure(&scene, app) ? VIT_EXIT_DONE : VIT_EXIT_DISPLAY;
     else
         app_savings_recall(&scene);

@@ -96,17 +96,13 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
     }
 }
 
-bool app_scene_count(struct app_scene *scene, struct app *app)
+/* What later plans decide by: of few enough samples that no picture waits for it. */
+static bool count_values(struct app_scene *scene, const struct app *app)
 {
-    const struct vit_volume_stats *stats = vit_volume_get_stats(scene->volume);
-    vit_free(scene->histogram);
-    scene->histogram = vit_alloc((size_t)(stats->raw_max - stats->raw_min) + 1, sizeof *scene->histogram);
-    if (scene->histogram && vit_volume_histogram(scene->volume, scene->histogram))
-        return true;
-    vit_free(scene->histogram);
-    scene->histogram = NULL;
-    vit_error(&app->log, "out of memory for the histogram");
-    return false;
+    scene->histogram = vit_volume_histogram(scene->volume, VIT_HISTOGRAM_ENOUGH);
+    if (!scene->histogram)
+        vit_error(&app->log, "out of memory for the histogram");
+    return scene->histogram;
 }
 
 /* Presets speak of HU; a volume in other units is drawn by them all the same, but not silently. */
@@ -173,6 +169,8 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const 
     status = open_volume(scene, app, view);
     if (status != VIT_EXIT_DONE)
         return status;
+    if (!count_values(scene, app))
+        return VIT_EXIT_FAILED;
     scene->load_ms = app_ms_since(start);
     warn_of_units(app, scene);
     return app_scene_plan(scene, app, view);
@@ -200,6 +198,5 @@ void app_scene_close(struct app_scene *scene)
     vit_gl_destroy(&scene->gl);
     vit_volume_destroy(&scene->volume);
     vit_preset_destroy(&scene->preset);
-    vit_free(scene->histogram);
-    scene->histogram = NULL;
+    vit_histogram_destroy(&scene->histogram);
 }

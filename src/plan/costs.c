@@ -4,19 +4,35 @@
 
 #include "plan_private.h"
 
-/* Of the raw values that occur, the share whose HU show. */
+/* The first raw value after this one that the transfer function may treat otherwise: it is as between two of its points
+ * up to there, or at one. */
+static double next_raw(const struct vit_plan *plan, const struct vit_volume_info *info, double raw)
+{
+    double next = INFINITY;
+    for (size_t i = 0; i < plan->transfer->count; i++) {
+        double at = (plan->transfer->points[i].hu - info->intercept) / info->slope;
+        if (fabs(at - raw) < 1e-6)
+            return raw + 1;
+        next = at > raw ? fmin(next, ceil(at - 1e-6)) : next;
+    }
+    return next;
+}
+
+/* Of all samples that were counted, the share whose HU show. */
 static double visible_share(const struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
-    uint64_t all = 0, visible = 0;
-    for (int raw = stats->raw_min; raw <= stats->raw_max; raw++) {
-        uint64_t count = request->histogram[raw - stats->raw_min];
+    uint64_t before = 0, visible = 0;
+    for (double raw = stats->raw_min; raw <= stats->raw_max;) {
+        double end = fmin(next_raw(plan, info, raw), (double)stats->raw_max + 1);
         double hu = info->slope * raw + info->intercept;
-        all += count;
-        visible += count > 0 && !vit_transfer_is_empty(plan->transfer, hu, hu) ? count : 0;
+        uint64_t upto = request->histogram->upto[(int)end - 1 - stats->raw_min];
+        visible += vit_transfer_is_empty(plan->transfer, hu, hu) ? 0 : upto - before;
+        before = upto;
+        raw = end;
     }
-    return all > 0 ? (double)visible / (double)all : 0;
+    return (double)visible / (double)request->histogram->total;
 }
 
 static double share_of(const double low[3], const double high[3])

@@ -143,7 +143,8 @@ void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *reque
         plan->slabs_per_pass *= 2;
     if (plan->technique != VIT_TECHNIQUE_COMPOSITE)
         return;
-    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE) && fits_occupancy(plan, stats->bricks, &request->caps)) {
+    if (!vit_plan_keeps(request, VIT_RULE_EMPTY_SPACE) && fits_occupancy(plan, stats->bricks, &request->caps) &&
+        !vit_plan_leaves_search_out(plan, request)) {
         plan->features |= VIT_FEATURE(SKIP_EMPTY);
         memcpy(plan->occupancy_n, stats->bricks, sizeof plan->occupancy_n);
         /* Of 32 bits where a CPU fetches them eight pixels at a time, bytes one by one. Four bytes on stacks: formats

@@ -38,6 +38,7 @@ size_t vit_target_bytes(enum vit_target target)
 const struct vit_plan_rule vit_plan_rules[] = {
     {VIT_RULE_EMPTY_BORDER, "polygons leave out the border of the volume that the transfer function makes invisible"},
     {VIT_RULE_EMPTY_SPACE, "rays jump over the space that the transfer function makes invisible"},
+    {VIT_RULE_SEARCH, "where what shows is broken up, rays composite all there is instead of looking for it"},
     {VIT_RULE_UNSENT, "what the transfer function makes invisible is not sent to the GL until another shows it"},
     {VIT_RULE_OUTSIDE, "what clip_mm trims away, and of a snapshot what lies outside it, is neither lit nor sent"},
     {VIT_RULE_OPAQUE_FRONT, "rays end behind what is opaque but for 1/65536"},

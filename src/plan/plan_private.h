@@ -7,6 +7,7 @@
 #define VIT_RULE_ONE_VIEW     "one-view"
 #define VIT_RULE_EMPTY_BORDER "empty-border"
 #define VIT_RULE_EMPTY_SPACE  "empty-space"
+#define VIT_RULE_SEARCH       "search"
 #define VIT_RULE_OPAQUE_FRONT "opaque-front"
 #define VIT_RULE_WIDE_TEXELS  "wide-texels"
 #define VIT_RULE_DITHER       "dither"
@@ -118,6 +119,9 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request);
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
+
+/* search.c: whether looking for what shows takes longer than compositing everything; if so, says so. */
+bool vit_plan_leaves_search_out(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* costs.c: how many fragments there are, are left, and show; of a plan that is complete. */
 void vit_plan_count_work(struct vit_plan *plan, const struct vit_plan_request *request);

@@ -1,11 +1,10 @@
-/* stats: brick minima and maxima with their one-voxel apron, slice by slice as they come, and the histogram. Everything
- * is integer arithmetic, so the result does not depend on the number of threads. */
+/* stats: brick minima and maxima with their one-voxel apron, slice by slice as they come. Everything is integer
+ * arithmetic, so the result does not depend on the number of threads. */
 #include "volume_private.h"
 
 #include <omp.h>
 #include <stdlib.h>
 
-#define VALUES      65536 /* a raw value has 16 bits */
 #define THREADS_MAX 16
 
 /* First index and one past the last of brick b along an axis of n samples, the apron included. */
@@ -213,36 +212,4 @@ void vit_volume_stats_forget(struct vit_volume *volume)
     vit_free(volume->slice_done);
     volume->slice_bricks = NULL;
     volume->slice_done = NULL;
-}
-
-/* counts: threads·VALUES zeros; a raw value's place is its low 16 bits. */
-static void count_values(const struct vit_volume *volume, uint64_t *counts, int threads)
-{
-    const size_t *n = volume->info.n;
-    const uint16_t *samples = volume->samples;
-    const size_t plane = n[0] * n[1];
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (size_t k = 0; k < n[2]; k++) {
-        uint64_t *mine = counts + (size_t)omp_get_thread_num() * VALUES;
-        const uint16_t *p = samples + k * plane;
-        for (size_t i = 0; i < plane; i++)
-            mine[p[i]]++;
-    }
-}
-
-bool vit_volume_histogram(const struct vit_volume *volume, uint64_t *histogram)
-{
-    const struct vit_volume_stats *s = &volume->stats;
-    int threads = thread_count();
-    uint64_t *counts = vit_alloc_zero((size_t)threads * VALUES, sizeof(*counts));
-    if (!counts)
-        return false;
-    count_values(volume, counts, threads);
-    for (int raw = s->raw_min; raw <= s->raw_max; raw++) {
-        histogram[raw - s->raw_min] = 0;
-        for (int t = 0; t < threads; t++)
-            histogram[raw - s->raw_min] += counts[(size_t)t * VALUES + (uint16_t)raw];
-    }
-    vit_free(counts);
-    return true;
 }

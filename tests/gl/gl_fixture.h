@@ -13,6 +13,7 @@ struct fixture {
     struct vit_renderer *renderer;
     struct vit_preset preset;
     struct vit_transfer_point point;
+    struct vit_histogram *histogram; /* for plans; NULL: none */
     const char *const *keep;
     size_t keep_count;
     struct vit_log log;
@@ -66,6 +67,7 @@ static int fixture_teardown(void **state)
     struct fixture *f = *state;
     vit_renderer_destroy(&f->renderer);
     vit_volume_destroy(&f->volume);
+    vit_histogram_destroy(&f->histogram);
     vit_gl_destroy(&f->gl);
     free(f);
     return 0;

@@ -965,9 +965,8 @@ static void the_histogram_says_what_shows(void **state)
     struct vit_plan_request request = ask(scene);
     struct vit_plan plan = make(scene, &request);
     assert_true(plan.visible_share < 0 && plan.fragments_visible < 0);
-    const struct vit_volume_stats *stats = vit_volume_get_stats(scene->volume);
-    uint64_t *histogram = calloc((size_t)(stats->raw_max - stats->raw_min) + 1, sizeof *histogram);
-    assert_true(vit_volume_histogram(scene->volume, histogram));
+    struct vit_histogram *histogram = vit_volume_histogram(scene->volume, 0);
+    assert_non_null(histogram);
     request.histogram = histogram;
     plan = make(scene, &request);
     double share = 512.0 / (64 * 48 * 40);
@@ -986,7 +985,68 @@ static void the_histogram_says_what_shows(void **state)
     assert_true(plan.visible_share == 0 && plan.fragments_visible == 0);
     scene->points[1].hu = 0;
     scene->points[2].hu = 500;
-    free(histogram);
+    vit_histogram_destroy(&histogram);
+}
+
+/* One share of the voxels has 500 HU, the others -1000, and of neighbours one share are of both. */
+static void count_as(struct vit_histogram *histogram, double shows, double parted)
+{
+    *histogram = (struct vit_histogram){histogram->upto, histogram->crossed, 100000, 200000};
+    for (int at = 0; at <= 1500; at++) {
+        histogram->upto[at] = (uint64_t)(100000 * (at < 1500 ? 1 - shows : 1));
+        histogram->crossed[at] = (uint64_t)(200000 * (at < 1500 ? parted : 0));
+    }
+}
+
+/* What shows is broken up, or there is so little between: compositing all is quicker than to look for it. */
+static void what_is_broken_up_is_not_looked_for(void **state)
+{
+    static const char *const keeps[] = {"search", "empty-border"};
+    static const struct {
+        double shows, parted;
+        bool left_out;
+    } cases[] = {{0.8, 0.05, true}, {0.5, 0.2, true},      {0.5, 0.04, false},
+                 {0.95, 0.1, true}, {0.98, 0.0001, false}, {0.005, 0.001, false}};
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_histogram histogram = {.upto = calloc(1501, sizeof(uint64_t)),
+                                      .crossed = calloc(1501, sizeof(uint64_t))};
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    scene->points[2].value = 0.02;
+    request.caps.software = 1;
+    request.histogram = &histogram;
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        /* Hardly a brick of this volume shows anything, so that nothing lies between. */
+        count_as(&histogram, cases[i].shows, cases[i].parted);
+        struct vit_plan plan = make(scene, &request);
+        assert_int_equal(leaves_out(&plan, "search for what shows"), cases[i].left_out);
+        assert_int_equal(!(plan.features & VIT_FEATURE(SKIP_EMPTY)), cases[i].left_out);
+        assert_int_equal(plan.occupancy_bytes == 0, cases[i].left_out);
+        for (size_t k = 0; k < VIT_ARRAY_LENGTH(keeps); k++) {
+            request.keep = keeps + k;
+            request.keep_count = 1;
+            plan = make(scene, &request);
+            assert_true(plan.features & VIT_FEATURE(SKIP_EMPTY) && !leaves_out(&plan, "search for what shows"));
+        }
+        request.keep_count = 0;
+    }
+    count_as(&histogram, 0.8, 0.05);
+    request.caps.software = 0; /* nobody measured it there */
+    assert_true(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    request.caps.software = 1;
+    request.path = VIT_PATH_STACKS;
+    assert_true(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    request.path = VIT_PATH_AUTO;
+    scene->preset.sampling.classify = VIT_CLASSIFY_POST;
+    assert_true(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    scene->points[2].value = 0.9; /* rays end near the front */
+    assert_true(make(scene, &request).features & VIT_FEATURE(SKIP_EMPTY));
+    scene->points[2].value = 0.5;
+    scene->preset = before;
+    free(histogram.upto);
+    free(histogram.crossed);
 }
 
 static const struct vit_left_out *entry_of(const struct vit_plan *plan, const char *rule)
@@ -1058,6 +1118,7 @@ int main(void)
         cmocka_unit_test(texels_say_where_hu_lie),
         cmocka_unit_test(texels_of_most_ct_have_one_scale),
         cmocka_unit_test(the_histogram_says_what_shows),
+        cmocka_unit_test(what_is_broken_up_is_not_looked_for),
         cmocka_unit_test(measured_costs_tell_what_is_saved),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);

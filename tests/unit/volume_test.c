@@ -42,6 +42,26 @@ static int raw_at(const struct vit_volume *volume, size_t at)
 }
 
 /* One brick, its apron included, the slow way. */
+/* Neighbours in a row and in the next, either side of a raw value. */
+static void check_crossed(const struct vit_volume *volume, const struct vit_histogram *histogram, int raw)
+{
+    const size_t *n = vit_volume_get_info(volume)->n;
+    uint64_t crossed = 0, pairs = 0;
+    for (size_t at = 0; at < n[0] * n[1] * n[2]; at++) {
+        bool above = raw_at(volume, at) > raw;
+        if (at % n[0] + 1 < n[0]) {
+            crossed += above != (raw_at(volume, at + 1) > raw);
+            pairs++;
+        }
+        if (at / n[0] % n[1] + 1 < n[1]) {
+            crossed += above != (raw_at(volume, at + n[0]) > raw);
+            pairs++;
+        }
+    }
+    assert_int_equal(histogram->crossed[raw - vit_volume_get_stats(volume)->raw_min], crossed);
+    assert_int_equal(histogram->pairs, pairs);
+}
+
 static void check_brick(const struct vit_volume *volume, const size_t b[3], size_t index)
 {
     const size_t *n = vit_volume_get_info(volume)->n;
@@ -90,14 +110,19 @@ static void statistics_are_those_of_brute_force(void **state)
         assert_int_equal(s->raw_min, low);
         assert_int_equal(s->raw_max, high);
         assert_true(s->hu_min == 5 - 2.0 * high && s->hu_max == 5 - 2.0 * low);
-        uint64_t *histogram = calloc((size_t)(high - low) + 1, sizeof *histogram);
-        assert_true(vit_volume_histogram(volume, histogram));
+        struct vit_histogram *histogram = vit_volume_histogram(volume, 0);
+        assert_non_null(histogram);
         for (int raw = low; raw <= high; raw++) {
-            assert_int_equal(histogram[raw - low], counts[raw + 32768]);
-            sum += histogram[raw - low];
+            sum += counts[raw + 32768];
+            assert_int_equal(histogram->upto[raw - low], sum);
         }
-        free(histogram);
         assert_int_equal(sum, total);
+        assert_int_equal(histogram->total, total);
+        check_crossed(volume, histogram, low + (high - low) / 3);
+        check_crossed(volume, histogram, low);
+        assert_int_equal(histogram->crossed[high - low], 0);
+        vit_histogram_destroy(&histogram);
+        assert_null(histogram);
         free(counts);
         size_t index = 0, b[3];
         for (b[2] = 0; b[2] < s->bricks[2]; b[2]++)
@@ -160,6 +185,28 @@ static void usual_values_are_hu(void **state)
         assert_true(vit_volume_usual_raw(&info, &low, &high) == cases[i].usual);
         assert_true(low == cases[i].low && high == cases[i].high);
     }
+}
+
+/* Of few samples, rows that lie evenly: a volume whose rows are alike has the shares of all. */
+static void histograms_of_some_rows(void **state)
+{
+    (void)state;
+    struct vit_volume_info info = plain(40, 30, 20, VIT_SAMPLE_I16);
+    struct vit_volume *volume = vit_volume_create(&info, NULL);
+    int16_t *samples = vit_volume_samples_mut(volume);
+    for (size_t at = 0; at < 40 * 30 * 20; at++)
+        samples[at] = (int16_t)(at % 40 / 4 - 5);
+    assert_true(vit_volume_finish(volume, NULL));
+    struct vit_histogram *histogram = vit_volume_histogram(volume, 2000);
+    assert_non_null(histogram);
+    assert_int_equal(histogram->total, 50 * 40); /* every 12th of 600 rows */
+    for (int value = 0; value < 10; value++) {
+        assert_int_equal(histogram->upto[value], 50 * 4 * (value + 1));
+        assert_int_equal(histogram->crossed[value], value < 9 ? 50 : 0);
+    }
+    assert_true(histogram->pairs > 50 * 39 && histogram->pairs <= 50 * 79);
+    vit_histogram_destroy(&histogram);
+    vit_volume_destroy(&volume);
 }
 
 static void geometry_of_a_sheared_left_handed_box(void **state)
@@ -425,6 +472,7 @@ int main(void)
         cmocka_unit_test(layers_are_known_before_the_volume_is),
         cmocka_unit_test(usual_values_are_hu),
         cmocka_unit_test(statistics_are_those_of_brute_force),
+        cmocka_unit_test(histograms_of_some_rows),
         cmocka_unit_test(geometry_of_a_sheared_left_handed_box),
         cmocka_unit_test(hu_is_clamped_to_the_edge),
         cmocka_unit_test(bad_infos_are_refused),
