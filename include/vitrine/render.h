@@ -61,8 +61,8 @@ struct vit_renderer *vit_renderer_create(struct vit_gl *gl, const struct vit_vol
 /* Uploads what the plan needs and is not there yet; nothing where the plan is still. Progress for long uploads. */
 VIT_NODISCARD bool vit_renderer_prepare(struct vit_renderer *renderer, const struct vit_plan *plan,
                                         const struct vit_progress *progress);
-/* While the volume is still read, of a plan for what vit_volume_assume says of it: allocates textures, then sends, as
- * its first so many layers of bricks are ready (vit_volume_layer_ready). A hint: prepare does the rest, whatever the
+/* While the volume is still read, of a plan for what vit_volume_assume says of it: allocates its texture, then sends,
+ * as its first so many layers of bricks are ready (vit_volume_layer_ready). A hint: prepare does the rest, whatever the
  * volume turns out to be. False: the GL refused (logged). */
 VIT_NODISCARD bool vit_renderer_begin(struct vit_renderer *renderer, const struct vit_plan *plan);
 VIT_NODISCARD bool vit_renderer_follow(struct vit_renderer *renderer, const struct vit_plan *plan, size_t layers);

@@ -318,10 +318,7 @@ bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *
 
 bool vit_renderer_begin(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
-    const bool light = plan->features & VIT_FEATURE(LIGHT);
-    return plan->path != VIT_PATH_3D ||
-           (vit_texture3d_begin(renderer->gl, &renderer->texture3d, renderer->volume, plan) &&
-            (!light || vit_light3d_allocate(renderer->gl, &renderer->light3d, plan)));
+    return plan->path != VIT_PATH_3D || vit_texture3d_begin(renderer->gl, &renderer->texture3d, renderer->volume, plan);
 }
 
 bool vit_renderer_follow(struct vit_renderer *renderer, const struct vit_plan *plan, size_t layers)
