@@ -265,6 +265,7 @@ struct vit_plan_request {
     size_t keep_count;
     double budget_ms, max_error; /* 0: none */
     bool one_view;               /* no other picture follows (snapshot) */
+    bool figures;                /* no picture may follow at all: somebody reads what is saved */
     uint64_t shown;              /* digest of the plan that was drawn last, by the same renderer; 0: none */
     int sketch;                  /* instead of the preset's, with flat; 0: the preset's */
     double flat;

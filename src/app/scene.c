@@ -71,6 +71,7 @@ static enum vit_plan_result plan_for(struct app_scene *scene, const struct app *
         .budget_ms = settings->budget_ms,
         .max_error = settings->max_error,
         .one_view = scene->one_view,
+        .figures = settings->command == VIT_COMMAND_PLAN,
         .sketch = scene->sketch,
         .flat = scene->flat,
         .moving = scene->moving,

@@ -391,7 +391,7 @@ void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *reque
         reached += stats->brick_max[brick] > emptiness.low;
     uint64_t outside = 0, invisible = 0, bytes = vit_texel_bytes(plan->texel);
     /* Nobody reads it of the pictures of a frame loop, which have less time than it takes. */
-    if (request->one_view || request->histogram)
+    if (request->one_view || request->figures)
         count_unsent(plan, &emptiness, &outside, &invisible);
     for (int i = plan->left_out_count; i-- > 0 && outside > 0;)
         if (plan->left_out[i].rule && strcmp(plan->left_out[i].rule, VIT_RULE_OUTSIDE) == 0) {
