@@ -116,8 +116,10 @@ static bool take_path(struct vit_plan *plan, const struct vit_plan_request *requ
     plan->features = plan->camera.perspective ? VIT_FEATURE(PERSPECTIVE) : 0;
     vit_plan_choose_light(plan, request);
     vit_plan_choose_texel(plan, request, stacks);
-    if (!stacks)
+    if (!stacks) {
+        vit_plan_try_bytes(plan, request);
         drop_light_beyond(plan, caps);
+    }
     if (stacks && !vit_plan_stacks(plan, request, log))
         return false;
     vit_plan_fit_lines(plan, request->preset);

@@ -120,6 +120,12 @@ void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *reque
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
 
+/* bytes.c: of 3D textures. What the RMS error of an unlit picture with texels of 8 bits is at most, about; of a request
+ * with a histogram. tests/gl/rules_test. */
+double vit_plan_bytes_error(const struct vit_plan *plan, const struct vit_plan_request *request);
+/* Takes them where those of 16 do not fit into memory, and --max-error allows it. */
+void vit_plan_try_bytes(struct vit_plan *plan, const struct vit_plan_request *request);
+
 /* search.c: whether looking for what shows takes longer than compositing everything; if so, says so. */
 bool vit_plan_leaves_search_out(struct vit_plan *plan, const struct vit_plan_request *request);
 

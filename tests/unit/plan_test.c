@@ -1049,6 +1049,59 @@ static void what_is_broken_up_is_not_looked_for(void **state)
     free(histogram.crossed);
 }
 
+/* 2 MiB of 16-bit texels where there is room for one. */
+static void bytes_are_taken_where_the_error_allows(void **state)
+{
+    struct scene *scene = *state;
+    struct vit_plan_request request = ask(scene);
+    struct vit_volume_info info = {.n = {128, 128, 64},
+                                   .sample = VIT_SAMPLE_I16,
+                                   .slope = 1,
+                                   .lps_mm_from_vox = vit_mat4_scale(1, 1, 1),
+                                   .is_hu = true};
+    struct vit_volume *volume = vit_volume_create(&info, &scene->log);
+    int16_t *samples = vit_volume_samples_mut(volume);
+    for (size_t i = 0; i < 128 * 128 * 64; i++)
+        samples[i] = (int16_t)(i * 2654435761U % 3001) - 1000;
+    assert_true(vit_volume_finish(volume, &scene->log));
+    struct vit_histogram *histogram = vit_volume_histogram(volume, 0);
+    const struct vit_preset before = scene->preset;
+    scene->preset.sampling.classify = VIT_CLASSIFY_SLAB;
+    request.volume = volume;
+    request.path = VIT_PATH_3D;
+    request.histogram = histogram;
+    request.max_error = 1;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R16); /* 2 MiB */
+    request.caps.max_texture_mib = 1;
+    struct vit_plan plan = make(scene, &request);
+    assert_int_equal(plan.texel, VIT_TEXEL_R8);
+    assert_int_equal(plan.texture_bytes, 1 << 20);
+    double error = 0;
+    for (int i = 0; i < plan.left_out_count; i++) {
+        const char *says = strstr(plan.left_out[i].why, "at most about ");
+        error = says ? strtod(says + strlen("at most about "), NULL) : error;
+    }
+    print_message("# 8 bits: RMS error at most %g\n", error);
+    assert_true(error > 1e-4 && error < 0.1);
+    request.max_error = error * 1.8;
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
+    request.max_error = error * 2.2;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R8);
+    scene->points[2].value = 0.001; /* a veil: errors in proportion, but for more slabs */
+    request.max_error = error / 4;
+    assert_int_equal(make(scene, &request).texel, VIT_TEXEL_R8);
+    scene->points[2].value = 0.5;
+    request.max_error = 0; /* nobody said that it may cost anything */
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
+    assert_non_null(strstr(scene->last, "texture_bits=8"));
+    request.max_error = 1;
+    request.histogram = NULL;
+    assert_int_equal(vit_plan_make(&plan, &request, &scene->log), VIT_PLAN_DOES_NOT_FIT);
+    scene->preset = before;
+    vit_histogram_destroy(&histogram);
+    vit_volume_destroy(&volume);
+}
+
 static const struct vit_left_out *entry_of(const struct vit_plan *plan, const char *rule)
 {
     for (int i = 0; i < plan->left_out_count; i++)
@@ -1119,6 +1172,7 @@ int main(void)
         cmocka_unit_test(texels_of_most_ct_have_one_scale),
         cmocka_unit_test(the_histogram_says_what_shows),
         cmocka_unit_test(what_is_broken_up_is_not_looked_for),
+        cmocka_unit_test(bytes_are_taken_where_the_error_allows),
         cmocka_unit_test(measured_costs_tell_what_is_saved),
     };
     return cmocka_run_group_tests_name("plan", tests, setup, teardown);
