@@ -244,6 +244,7 @@ void vit_camera_ray(const struct vit_camera *camera, double column, double row, 
     X(int, float_blend, "blending to RGBA32F (EXT_float_blend)")                                                       \
     X(int, blend_minmax, "blending to the greatest (EXT_blend_minmax)")                                                \
     X(int, texture_npot, "textures of any size with mipmaps and repeat")                                               \
+    X(int, zeroes, "textures that are 0 before anything is sent (llvmpipe; GL promises nothing)")                      \
     X(int, fragment_highp, "32-bit floats in fragment shaders")                                                        \
     X(int, timer_query, "GPU timers (EXT_disjoint_timer_query)")                                                       \
     X(int, program_binary, "program binaries")                                                                         \
@@ -251,7 +252,6 @@ void vit_camera_ray(const struct vit_camera *camera, double column, double row, 
 struct vit_caps {
     char vendor[64], renderer[128], version[128];
     bool software; /* a CPU rasteriser (llvmpipe, softpipe, swrast) */
-    bool zeroes;   /* textures are 0 before anything is sent (llvmpipe); GL promises nothing */
 #define VIT_CAPS_FIELD(type, name, help) type name;
     VIT_CAPS_LIMITS(VIT_CAPS_FIELD)
 #undef VIT_CAPS_FIELD

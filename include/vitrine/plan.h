@@ -219,6 +219,9 @@ struct vit_plan {
     /* Bricks at which no slab that shows anything looks are not sent into a 3D texture of HU: those further than so
      * many bricks from any that reaches visible_hu[0]. 0: all are. */
     int sent_reach;
+    /* The rest is cleared first, to this value; false: it is 0 to begin with. And what it may be at most. */
+    bool sent_clears;
+    double sent_rest, sent_rest_most;
     /* SKIP_EMPTY: a texture that says of each brick how far it is to anything to see, of vit_plan_empty_ahead */
     size_t occupancy_n[3];
     enum vit_texel occupancy_texel; /* R8 or R32F; on stacks RGBA8 or R32F */

@@ -44,7 +44,7 @@ void vit_gl_caps_read(struct vit_caps *caps, int most_major)
     copy_string(caps->version, sizeof caps->version, GL_VERSION);
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(software); i++)
         caps->software = caps->software || strstr(caps->renderer, software[i]);
-    caps->zeroes = strstr(caps->renderer, "llvmpipe");
+    caps->zeroes = strstr(caps->renderer, "llvmpipe") != NULL;
     read_version(caps);
     if (caps->gles_major > most_major) {
         caps->gles_major = most_major;

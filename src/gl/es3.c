@@ -25,6 +25,29 @@ void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned target, unsigned internal
         glTexStorage3D(target, 1, internal_format, (GLsizei)size[0], (GLsizei)size[1], (GLsizei)size[2]);
 }
 
+bool vit_gl_es3_clear_3d(struct vit_gl *gl, unsigned texture, size_t layers, double value)
+{
+    const GLfloat color[4] = {(GLfloat)value, (GLfloat)value, (GLfloat)value, (GLfloat)value};
+    GLuint framebuffer = 0;
+    GLint bound = 0;
+    if (refuse(gl, "glFramebufferTextureLayer"))
+        return false;
+    glGetIntegerv(GL_FRAMEBUFFER_BINDING, &bound);
+    if (!vit_fault())
+        glGenFramebuffers(1, &framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    bool good = framebuffer != 0;
+    for (size_t layer = 0; layer < layers && good; layer++) {
+        glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, texture, 0, (GLint)layer);
+        good = layer > 0 || glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+        if (good)
+            glClearBufferfv(GL_COLOR, 0, color);
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, (GLuint)bound);
+    glDeleteFramebuffers(1, &framebuffer);
+    return good && glGetError() == GL_NO_ERROR;
+}
+
 void vit_gl_es3_pixels_3d(struct vit_gl *gl, unsigned target, const size_t low[3], const size_t size[3],
                           unsigned layout, unsigned type, const void *pixels)
 {

@@ -366,23 +366,59 @@ static void count_unsent(const struct vit_plan *plan, const struct emptiness *e,
     vit_free(cells);
 }
 
-/* What is not sent is 0 in the texture, which has to be as invisible as what should be there: at or below
- * visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated across. Slabs that
- * show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces are looked at two
- * slabs further (fitted lines), voxels one further. What is not needed at all may be anything. */
+/* Texels that can be drawn into, and so made 0 by clearing a framebuffer (OpenGL ES 3.0 table 3.13 and the extensions'
+ * additions to it). */
+static bool can_be_cleared(enum vit_texel texel, const struct vit_caps *caps)
+{
+    switch (texel) {
+    case VIT_TEXEL_R8:
+    case VIT_TEXEL_RGBA8:
+        return true;
+    case VIT_TEXEL_R16:
+    case VIT_TEXEL_R16R16:
+    case VIT_TEXEL_RGBA16:
+        return caps->texture_norm16;
+    case VIT_TEXEL_R16F:
+    case VIT_TEXEL_RGBA16F:
+        return caps->color_buffer_half_float;
+    case VIT_TEXEL_R32F:
+        return caps->color_buffer_float;
+    default:
+        return false;
+    }
+}
+
+/* What the texture is to hold where nothing is sent, of scalar texels. False: no such value can be had. */
+static bool set_rest(struct vit_plan *plan, const struct vit_caps *caps, double low, double raw_min)
+{
+    plan->sent_rest_most = (low - plan->raw_origin) * plan->value_per_raw;
+    plan->sent_rest = 0;
+    if (caps->zeroes || plan->sent_rest_most >= 0)
+        return plan->sent_rest_most >= 0 && (caps->zeroes || can_be_cleared(plan->texel, caps));
+    /* Floats, whose 0 is in the middle: whatever the GL rounds, halves of up to 65504 in size hold multiples of 32. */
+    plan->sent_rest = floor((raw_min - plan->raw_origin) * plan->value_per_raw / 32) * 32;
+    return can_be_cleared(plan->texel, caps) && plan->sent_rest >= -65504;
+}
+
+/* What is not sent is 0 in the texture, or what it is cleared to, which has to be as invisible as what should be there:
+ * at or below visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated
+ * across. Slabs that show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces
+ * are looked at two slabs further (fitted lines), voxels one further. What is not needed at all may be anything. */
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     const struct emptiness emptiness = emptiness_make(plan, request->volume);
     if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->classify == VIT_CLASSIFY_PRE ||
-        !request->caps.zeroes || info->slope <= 0 || vit_plan_keeps(request, VIT_RULE_UNSENT))
+        info->slope <= 0 || vit_plan_keeps(request, VIT_RULE_UNSENT))
         return;
     bool boxed = false, all_show = stats->raw_min > emptiness.low;
     for (int axis = 0; axis < 3; axis++)
         boxed = boxed || plan->need_low[axis] > 0 || plan->need_high[axis] < 1;
-    if (all_show ? !boxed : plan->raw_origin > emptiness.low || stats->raw_min >= emptiness.low)
+    if ((all_show ? !boxed : stats->raw_min >= emptiness.low) ||
+        !set_rest(plan, &request->caps, all_show ? INFINITY : emptiness.low, stats->raw_min))
         return;
+    plan->sent_clears = !request->caps.zeroes;
     const double voxels = UNSENT_SLACK * 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
     const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
     plan->sent_reach = (int)fmin(255, ceil(voxels / VIT_BRICK));

@@ -83,6 +83,8 @@ static uint64_t mix_formats(uint64_t hash, const struct vit_plan *plan)
     MIX(plan->cpu_stretch);
     MIX(plan->clear_enough);
     MIX(plan->sent_reach);
+    MIX(plan->sent_clears);
+    MIX(plan->sent_rest);
     MIX(plan->slabs_per_pass);
     MIX(plan->stack_count);
     for (int i = 0; i < plan->stack_count; i++) {

@@ -187,6 +187,8 @@ struct vit_texture3d {
     uint64_t made_from, lit_from;
     uint64_t bytes;
     uint8_t *bricks; /* those that are there (255); NULL: all */
+    bool blank;      /* of which the others hold `rest` */
+    double rest;
     struct vit_sent sent;
     /* While layers of bricks follow each other: how many were looked at, and room for what is sent. */
     bool follows;

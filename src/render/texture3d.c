@@ -65,14 +65,8 @@ static bool upload(struct vit_gl *gl, GLenum target, const struct part *part, co
     return good;
 }
 
-static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
+static bool allocate_new(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
 {
-    bool fits =
-        texture->texture && texture->texel == plan->texel && memcmp(texture->n, plan->n, sizeof texture->n) == 0;
-    if (fits) {
-        glBindTexture(texture->target, texture->texture);
-        return true;
-    }
     vit_texture3d_clear(texture);
     texture->target = plan->texel == VIT_TEXEL_R16R16 ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_3D;
     if (!vit_fault()) {
@@ -90,7 +84,42 @@ static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const str
     texture->texel = plan->texel;
     memcpy(texture->n, plan->n, sizeof texture->n);
     texture->bytes = plan->texture_bytes;
+    texture->blank = vit_gl_caps(gl)->zeroes && !plan->sent_clears;
     return true;
+}
+
+/* Whether what is not sent can stay as it is. */
+static bool is_blank(const struct vit_texture3d *texture, const struct vit_plan *plan)
+{
+    return plan->sent_reach > 0 && texture->blank && texture->rest <= plan->sent_rest_most;
+}
+
+/* Bound. What is not sent may not be other texels': where nothing can be cleared, a new texture is 0. */
+static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
+{
+    const bool blanks = plan->sent_reach > 0 && !texture->made_from;
+    bool fits =
+        texture->texture && texture->texel == plan->texel && memcmp(texture->n, plan->n, sizeof texture->n) == 0;
+    fits = fits && (!blanks || plan->sent_clears || is_blank(texture, plan));
+    if (!fits && !allocate_new(gl, texture, plan)) {
+        vit_texture3d_clear(texture);
+        return false;
+    }
+    glBindTexture(texture->target, texture->texture);
+    if (blanks && !is_blank(texture, plan)) {
+        texture->blank = vit_gl_es3_clear_3d(gl, texture->texture, plan->n[2], plan->sent_rest);
+        texture->rest = plan->sent_rest;
+    }
+    return true;
+}
+
+/* Texels of another kind, or nobody knows which, are no use. */
+static void forget_texels(struct vit_texture3d *texture)
+{
+    vit_free(texture->bricks);
+    texture->bricks = NULL;
+    texture->made_from = texture->lit_from = 0;
+    texture->blank = false;
 }
 
 static struct vit_sent sent_of(const struct vit_plan *plan)
@@ -105,7 +134,7 @@ static struct vit_sent sent_of(const struct vit_plan *plan)
 static bool sent_enough(const struct vit_texture3d *texture, const struct vit_plan *plan)
 {
     const struct vit_sent *there = &texture->sent;
-    bool enough = plan->sent_reach > 0 && plan->sent_reach <= there->reach && plan->visible_hu[0] >= there->hu;
+    bool enough = is_blank(texture, plan) && plan->sent_reach <= there->reach && plan->visible_hu[0] >= there->hu;
     for (int axis = 0; axis < 3; axis++)
         enough = enough && plan->need_low[axis] >= there->low[axis] && plan->need_high[axis] <= there->high[axis];
     return !texture->bricks || enough;
@@ -126,7 +155,7 @@ static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *te
     const size_t *n = vit_volume_get_stats(volume)->bricks;
     struct vit_plan wider = *plan;
     *missing = (struct missing){NULL, n[0] * n[1] * n[2], {0}};
-    if (plan->sent_reach == 0)
+    if (!is_blank(texture, plan))
         return true;
     missing->bricks = vit_alloc(missing->count, 1);
     if (!missing->bricks) {
@@ -171,22 +200,15 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
                            const struct vit_progress *progress)
 {
     const uint64_t hash = vit_texels_hash(plan);
-    /* What is not sent has to be 0, not other texels'. */
-    if (texture->made_from && texture->made_from != hash && plan->sent_reach > 0)
-        vit_texture3d_clear(texture);
-    if (!allocate(gl, texture, plan)) {
-        vit_texture3d_clear(texture);
+    if (texture->made_from && texture->made_from != hash)
+        forget_texels(texture);
+    if (!allocate(gl, texture, plan))
         return false;
-    }
     stop_following(texture);
     vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
     const uint64_t lit = plan->light.in_texels ? shade->table_from : 0;
-    bool same = texture->made_from == hash, only_light = same && texture->lit_from && lit;
-    if (!same) {
-        vit_free(texture->bricks);
-        texture->bricks = NULL;
-    }
-    bool there = same && sent_enough(texture, plan);
+    const bool same = texture->made_from == hash, only_light = same && texture->lit_from && lit;
+    const bool there = same && sent_enough(texture, plan);
     if (there && (texture->lit_from == lit || (only_light && plan->light.stays)))
         return true;
     struct missing missing = {0};
@@ -197,8 +219,10 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     if (good && !there)
         note_sent(texture, &missing);
     vit_free(missing.bricks);
-    texture->made_from = good ? hash : 0;
-    texture->lit_from = good ? lit : 0;
+    texture->made_from = hash;
+    texture->lit_from = lit;
+    if (!good)
+        forget_texels(texture);
     return good;
 }
 
@@ -209,10 +233,8 @@ bool vit_texture3d_begin(struct vit_gl *gl, struct vit_texture3d *texture, const
     if (!vit_texels_are_reckoned(plan))
         return true;
     vit_texture3d_clear(texture);
-    if (!allocate(gl, texture, plan)) {
-        vit_texture3d_clear(texture);
+    if (!allocate(gl, texture, plan))
         return false;
-    }
     vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
     texture->bricks = vit_alloc_zero(n[0] * n[1] * n[2], 1);
     if (!texture->bricks) /* then it is filled when it is prepared */
@@ -236,18 +258,20 @@ static void end_following(struct vit_texture3d *texture, const struct vit_plan *
 bool vit_texture3d_follow(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
                           const struct vit_plan *plan, size_t layers)
 {
-    const size_t *n = vit_volume_get_stats(volume)->bricks, layer = n[0] * n[1], reach = (size_t)plan->sent_reach;
+    const bool some = is_blank(texture, plan);
+    const size_t *n = vit_volume_get_stats(volume)->bricks, layer = n[0] * n[1];
+    const size_t reach = some ? (size_t)plan->sent_reach : 0;
     const size_t first = texture->layers, end = layers == n[2] ? layers : layers > reach ? layers - reach : 0;
     if (!texture->follows || end <= first)
         return true;
     uint8_t *bricks = texture->bricks + first * layer;
-    if (plan->sent_reach > 0)
+    if (some)
         vit_plan_sent_bricks(plan, volume, first, end, bricks);
     else
         memset(bricks, 255, (end - first) * layer);
     const struct part part = {.first = first * VIT_BRICK,
                               .end = end == n[2] ? plan->n[2] : end * VIT_BRICK,
-                              .wanted = plan->sent_reach > 0 ? bricks : NULL,
+                              .wanted = some ? bricks : NULL,
                               .staging = &texture->staging};
     glBindTexture(texture->target, texture->texture);
     texture->layers = end;

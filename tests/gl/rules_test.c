@@ -242,6 +242,59 @@ static void rules_leave_pictures_as_they_are(void **state)
     f->preset.sampling.sketch = 0;
 }
 
+/* Where the GL promises no zeroes they are made: whatever kind of texels there are, and whatever was there before. */
+static void what_is_not_sent_is_cleared(void **state)
+{
+    static const struct {
+        const char *limit;
+        bool wide;
+        size_t way;
+        int bits;
+    } cases[] = {{"zeroes=0", false, 1, 16},
+                 {"zeroes=0", true, 1, 16},
+                 {"texture_norm16=0", false, 5, 16},
+                 {"zeroes=0", false, 5, 8}};
+    /* Without jumps over it nobody would see most of it. */
+    static const char *const keep[] = {"unsent", "empty-space", "empty-border", "wide-texels"};
+    struct fixture *f = *state;
+    assert_true(fixture_load(f, "head"));
+    f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bone;
+    f->preset.transfer.count = VIT_ARRAY_LENGTH(bone);
+    for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
+        const struct way *way = &ways[cases[i].way];
+        struct vit_caps caps = *vit_gl_caps(f->gl);
+        assert_true(vit_caps_limit(&caps, "zeroes=0", NULL) && vit_caps_limit(&caps, cases[i].limit, NULL));
+        f->preset.sampling.classify = way->classify;
+        f->preset.sampling.texture_bits = cases[i].bits;
+        f->keep = keep;
+        f->keep_count = cases[i].wide ? 3 : 4;
+        struct vit_plan all = fixture_plan(f, way->view, way->projection, way->rate, &caps), other = all;
+        assert_true(fixture_renew(f) && all.sent_reach == 0);
+        struct vit_frame want = fixture_draw(f, &all);
+        f->keep = keep + 1;
+        f->keep_count--;
+        struct vit_plan plan = fixture_plan(f, way->view, way->projection, way->rate, &caps);
+        assert_true(plan.sent_reach > 0 && plan.sent_clears);
+        assert_true(fixture_renew(f));
+        struct vit_frame got = fixture_draw(f, &plan);
+        double worst = largest_difference(&want, &got);
+        vit_frame_clear(&got);
+        /* Air as bright as bone. */
+        other.raw_origin -= 2000;
+        got = fixture_draw(f, &other);
+        vit_frame_clear(&got);
+        got = fixture_draw(f, &plan);
+        worst = fmax(worst, largest_difference(&want, &got));
+        vit_frame_clear(&got);
+        vit_frame_clear(&want);
+        print_message("# %s, cleared: largest difference %.3g\n", vit_texel_name(plan.texel), worst);
+        assert_true(worst == 0);
+    }
+    f->keep = NULL;
+    f->keep_count = 0;
+    f->preset.sampling.texture_bits = 16;
+}
+
 /* What is drawn again after a sketch is the same to the bit; what is not is as near as `flat` lets it be. The bounds
  * are of these pictures, whose pixels are larger than voxels: features between the sketch's pixels are not seen by it.
  */
@@ -354,6 +407,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rules_leave_pictures_as_they_are),
+        cmocka_unit_test(what_is_not_sent_is_cleared),
         cmocka_unit_test(rays_composite_little_else_than_what_shows),
         cmocka_unit_test(sketches_are_refined),
         cmocka_unit_test(bytes_err_by_less_than_is_said),

@@ -288,7 +288,7 @@ static void check_ahead(struct vit_plan *plan, uint8_t *cells)
 }
 
 /* All that a slab which shows anything can look at: here the cube's bricks, 2 and 3 of each axis, and neighbours as far
- * as slabs are thick. Only where textures are 0 to begin with, and what is 0 is as invisible. */
+ * as slabs are thick. Only where textures are 0 to begin with or can be cleared, and what is 0 is as invisible. */
 static void what_is_invisible_is_not_sent(void **state)
 {
     static const struct {
@@ -296,16 +296,28 @@ static void what_is_invisible_is_not_sent(void **state)
         enum vit_classify classify;
         double rate, first_hu;
         int reach;
-    } cases[] = {{true, false, VIT_CLASSIFY_SLAB, 1, -1000, 1},    {true, false, VIT_CLASSIFY_POST, 1, -1000, 1},
-                 {true, false, VIT_CLASSIFY_SLAB, 0.25, -1000, 3}, {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 0},
-                 {true, true, VIT_CLASSIFY_SLAB, 1, -1000, 0},     {true, false, VIT_CLASSIFY_PRE, 1, -1000, 0},
-                 {true, false, VIT_CLASSIFY_SLAB, 1, -2000, 0}}; /* air shows */
+        const char *limit;
+        enum vit_texel texel;
+    } cases[] = {
+        {true, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, NULL, VIT_TEXEL_R16},
+        {true, false, VIT_CLASSIFY_POST, 1, -1000, 1, NULL, VIT_TEXEL_R16},
+        {true, false, VIT_CLASSIFY_SLAB, 0.25, -1000, 3, NULL, VIT_TEXEL_R16},
+        {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, NULL, VIT_TEXEL_R16},
+        {true, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, "color_buffer_half_float=0", VIT_TEXEL_R16F},
+        {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, "color_buffer_float=0", VIT_TEXEL_R16F},
+        {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 0, "color_buffer_half_float=0", VIT_TEXEL_R16F},
+        {true, true, VIT_CLASSIFY_SLAB, 1, -1000, 0, NULL, VIT_TEXEL_R16},
+        {true, false, VIT_CLASSIFY_PRE, 1, -1000, 0, NULL, VIT_TEXEL_RGBA16},
+        {true, false, VIT_CLASSIFY_SLAB, 1, -2000, 0, NULL, VIT_TEXEL_R16}, /* air shows */
+    };
     static const char *const keep[] = {"unsent"};
     struct scene *scene = *state;
     uint8_t cells[8 * 6 * 5];
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         struct vit_plan_request request = ask(scene);
         request.caps.zeroes = cases[i].zeroes;
+        request.caps.texture_norm16 = cases[i].texel != VIT_TEXEL_R16F;
+        assert_true(!cases[i].limit || vit_caps_limit(&request.caps, cases[i].limit, NULL));
         request.keep = keep;
         request.keep_count = cases[i].keep;
         scene->preset.sampling.classify = cases[i].classify;
@@ -313,7 +325,9 @@ static void what_is_invisible_is_not_sent(void **state)
         scene->points[0].hu = cases[i].first_hu;
         scene->points[0].value = cases[i].first_hu < -1000 ? 0.1 : 0;
         struct vit_plan plan = make(scene, &request);
+        assert_int_equal(plan.texel, cases[i].texel);
         assert_int_equal(plan.sent_reach, cases[i].reach);
+        assert_true(plan.sent_clears == (cases[i].reach > 0 && !cases[i].zeroes));
         assert_true(leaves_out(&plan, "sending what is invisible") == (cases[i].reach > 0));
         if (cases[i].reach == 0)
             continue;
