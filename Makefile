@@ -159,7 +159,7 @@ $(BIN): $(MAIN_SRC:%.c=$(O)/%.o) $(LIB)
 	$(Q)$(CXX) $(VIT_LDFLAGS) $(LDFLAGS) $^ $(VIT_LDLIBS) -o $@
 # One test binary per file, linked with the whole library. frames_test counts what this project's own code acquires.
 WRAPPED := malloc calloc realloc aligned_alloc fopen open glCreateShader glCreateProgram glCompileShader glLinkProgram \
-    glGenTextures glGenFramebuffers glTexStorage2D glTexStorage3D glTexImage2D glTexImage3D
+    glProgramBinary glGenTextures glGenFramebuffers glTexStorage2D glTexStorage3D glTexImage2D glTexImage3D
 $(O)/tests/gl/frames_test: private TEST_LDFLAGS := $(WRAPPED:%=-Wl,--wrap=%)
 # Without libFuzzer a fuzz target reads the files that it is given.
 $(FUZZ_BIN): $(O)/%: $(O)/%.o $(if $(filter fuzz,$(CONFIG)),,$(O)/tests/fuzz/replay.o) $(LIB)

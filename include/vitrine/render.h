@@ -52,6 +52,7 @@ struct vit_render_stats {
     double pass_ms[VIT_PASS_COUNT]; /* of the last frame, while vit_renderer_time_passes; negative: none, or unknown */
     double part_ms[VIT_PART_COUNT]; /* of the last call of prepare, or of advance */
     bool light_waits; /* the plan left light for later, and some of it is not there yet: advance goes on with it */
+    int programs;     /* linked so far, from sources or from the cache; for good unless there are very many */
     uint64_t shown;   /* digest of the plan whose picture is there, whole; 0: none */
 };
 
@@ -68,6 +69,9 @@ VIT_NODISCARD bool vit_renderer_begin(struct vit_renderer *renderer, const struc
 VIT_NODISCARD bool vit_renderer_follow(struct vit_renderer *renderer, const struct vit_plan *plan, size_t layers);
 /* Everything that it needs but the volume's textures: programs, tables, targets. */
 VIT_NODISCARD bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *plan);
+/* The programs alone, of a plan that may be drawn later, and of the same scene's in other views: to prepare them then
+ * links nothing. Draws nothing, and what was prepared stays so. */
+VIT_NODISCARD bool vit_renderer_link(struct vit_renderer *renderer, const struct vit_plan *plan);
 /* For frame loops: goes on with plan->soon between frames, of the plan that was prepared last. A thread turns voxels
  * into texels, what is ready is sent for about `ms` and the GL's time for a MiB. Then with the light that the plan left
  * for later, for about `ms` and eight slices' time: stats.light_waits. */

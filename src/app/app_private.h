@@ -101,9 +101,13 @@ VIT_NODISCARD enum vit_exit app_scene_open_on(struct app_scene *scene, struct ap
  * decoded, as scene->plan (of what is assumed of the volume) would have it. Then the volume is finished. */
 VIT_NODISCARD enum vit_exit app_pipeline_run(struct app_scene *scene, struct app *app, struct app_input *input);
 /* The preset by this name, with --set. NULL: logged. */
-struct vit_preset *app_preset_open(struct app *app, const char *name);
+struct vit_preset *app_preset_open(const struct app *app, const char *name, const struct vit_log *log);
 /* A new plan for another view of the same scene. */
 VIT_NODISCARD enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const struct vit_view *view);
+/* The same for who only looks ahead: nobody is told of what cannot be. */
+VIT_NODISCARD bool app_scene_try(struct app_scene *scene, const struct app *app, const struct vit_view *view);
+/* Warns where the plan leaves light out that the preset asks for: such a picture is not given without a word. */
+void app_scene_say_unlit(const struct app_scene *scene, const struct app *app);
 /* After a failed upload: where auto chose the path, the next one, said and planned for the same view. False: there is
  * none, or it was not auto's choice. */
 VIT_NODISCARD bool app_scene_fall_back(struct app_scene *scene, struct app *app);
@@ -112,6 +116,17 @@ void app_scene_close(struct app_scene *scene);
 int app_gl_major(const struct app *app);
 /* The context and its limits, as --gl-limit lowers them. */
 VIT_NODISCARD enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *caps);
+
+/* ---- keys.c: the presets of the keys 1 to 9 ---------------------------------------------------------------------- */
+
+#define APP_KEYS 9
+/* The number-th built-in preset's name, from 1; NULL: there are fewer. */
+const char *app_key_preset(int number);
+/* Links what pictures of that preset in this scene need, at rest and while moving by pictures smaller by `shrink`,
+ * whatever the view; draws nothing, and the scene stays as it is. False: logged; a scene that such a preset cannot be
+ * planned for is none of this function's. */
+VIT_NODISCARD bool app_key_link(int number, const struct app_scene *scene, struct vit_renderer *renderer,
+                                const struct app *app, int shrink);
 
 /* ---- draw.c: one frame by whatever the plan says ------------------------------------------------------------------
  */

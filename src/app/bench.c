@@ -261,6 +261,7 @@ enum vit_exit app_bench(struct app *app)
     series.fragments = series.slices + series.count;
     enum vit_exit status = app_scene_open(&scene, app);
     if (status == VIT_EXIT_DONE) {
+        app_scene_say_unlit(&scene, app);
         status = measure(&series, &scene, app);
         app_scene_close(&scene);
     }

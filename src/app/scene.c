@@ -40,12 +40,12 @@ enum vit_exit app_gl_open(struct app *app, struct vit_gl **gl, struct vit_caps *
     return status;
 }
 
-struct vit_preset *app_preset_open(struct app *app, const char *name)
+struct vit_preset *app_preset_open(const struct app *app, const char *name, const struct vit_log *log)
 {
     const struct vit_settings *settings = app->settings;
-    struct vit_preset *preset = vit_preset_create(name, &app->log);
+    struct vit_preset *preset = vit_preset_create(name, log);
     for (size_t i = 0; preset && i < settings->set_count; i++)
-        if (!vit_preset_set(preset, settings->set[i], &app->log))
+        if (!vit_preset_set(preset, settings->set[i], log))
             vit_preset_destroy(&preset);
     return preset;
 }
@@ -95,6 +95,23 @@ enum vit_exit app_scene_plan(struct app_scene *scene, struct app *app, const str
     default:
         return VIT_EXIT_DISPLAY;
     }
+}
+
+bool app_scene_try(struct app_scene *scene, const struct app *app, const struct vit_view *view)
+{
+    return plan_for(scene, app, view, NULL) == VIT_PLAN_DONE;
+}
+
+void app_scene_say_unlit(const struct app_scene *scene, const struct app *app)
+{
+    const struct vit_plan *plan = &scene->plan;
+    if (plan->light.on || scene->preset->shading.model == VIT_SHADING_NONE ||
+        plan->technique != VIT_TECHNIQUE_COMPOSITE)
+        return;
+    for (int i = 0; i < plan->left_out_count; i++)
+        if (strcmp(plan->left_out[i].what, "light") == 0)
+            vit_warn(&app->log, "light of %.1f MiB is left out: %s", (double)plan->left_out[i].bytes_saved / 1048576,
+                     plan->left_out[i].why);
 }
 
 /* What later plans decide by: of few enough samples that no picture waits for it. */
@@ -154,7 +171,7 @@ static enum vit_exit open_parts(struct app_scene *scene, struct app *app, const 
 {
     enum vit_exit status = VIT_EXIT_DONE;
     uint64_t start = vit_clock_ns();
-    scene->preset = app_preset_open(app, app->settings->preset);
+    scene->preset = app_preset_open(app, app->settings->preset, &app->log);
     if (!scene->preset)
         return VIT_EXIT_USAGE;
     if (scene->gl)

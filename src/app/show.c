@@ -52,6 +52,8 @@ struct show {
     struct vit_display_stats turn_began;
     uint64_t started_ns;
     uint64_t said_flips; /* say_at_rest looked at so many */
+    int keys_linked;     /* presets of keys whose programs are there */
+    double link_ms;      /* that took so long */
     enum vit_exit status;
 };
 
@@ -143,10 +145,9 @@ static bool draw_soon(struct show *show)
  * and light may follow. */
 static bool warm_up(struct show *show, bool later)
 {
-    struct vit_view corner = show->view, straight = show->view;
+    struct vit_view corner = show->view;
     corner.azimuth_rad = 45 * M_PI / 180;
     corner.elevation_rad = 35 * M_PI / 180;
-    straight.azimuth_rad = straight.elevation_rad = straight.roll_rad = 0;
     show->scene.moving = false; /* the light is this preset's, not the last one's */
     show->scene.beside = false; /* the first picture needs its stack at once */
     show->scene.later = false;
@@ -162,11 +163,11 @@ static bool warm_up(struct show *show, bool later)
     double probe_ms = show->drawer.stats.frame_ms;
     double budget_ms = show->app->settings->budget_ms;
     show->pace = app_pace_make(budget_ms > 0 ? budget_ms : MOVING_MS, probe_ms, SHRINK_PROBE);
-    /* Stacks have a program for rays along them and one for rays aslant. */
-    if (show->scene.plan.path == VIT_PATH_STACKS &&
-        (!prepare(show, &straight, show->pace.shrink) || !prepare(show, &straight, 1)))
-        return false;
+    app_scene_say_unlit(&show->scene, show->app);
     if (!prepare(show, &corner, show->pace.shrink) || !prepare(show, &corner, 1))
+        return false;
+    show->status = VIT_EXIT_DISPLAY;
+    if (!vit_renderer_link(show->drawer.renderer, &show->scene.plan))
         return false;
     vit_debug(&show->app->log, "show: a picture of 1/%d of each side takes %.1f ms; moving: 1/%d", SHRINK_PROBE,
               probe_ms, show->pace.shrink);
@@ -216,15 +217,38 @@ static bool frame(struct show *show)
     return present(show);
 }
 
-/* The line that a test waits for: this view is on the screen, in full, and nothing more will come. */
+/* This view is on the screen, in full, and nothing asks for another. */
+static bool is_at_rest(const struct show *show)
+{
+    return !show->dirty && !show->rough && !show->makeshift && !show->turning &&
+           !vit_display_flip_pending(show->display);
+}
+
+/* What the next key will need, once the picture is there: a preset at a time, so that keys need not wait for all. */
+static void link_next(struct show *show)
+{
+    const uint64_t start = vit_clock_ns();
+    if (show->keys_linked == APP_KEYS || !is_at_rest(show) || !vit_seat_is_active(show->seat))
+        return;
+    if (!app_key_link(++show->keys_linked, &show->scene, show->drawer.renderer, show->app, show->pace.shrink))
+        show->keys_linked = APP_KEYS; /* the key will say it again */
+    show->link_ms += app_ms_since(start);
+    if (show->keys_linked == APP_KEYS)
+        vit_debug(&show->app->log, "show: %d programs; the last of them, for the keys 1 to %d, took %.1f ms",
+                  vit_renderer_stats(show->drawer.renderer).programs, APP_KEYS, show->link_ms);
+}
+
+/* The line that a test waits for: at rest, and nothing more will come. */
 static void say_at_rest(struct show *show)
 {
     const struct vit_view *view = &show->view;
     uint64_t flips = vit_display_get_stats(show->display).flips;
     if (flips == show->said_flips || vit_display_flip_pending(show->display))
         return;
+    if (is_at_rest(show) && show->keys_linked < APP_KEYS)
+        return;
     show->said_flips = flips;
-    if (!show->dirty && !show->rough && !show->makeshift && !show->turning)
+    if (is_at_rest(show))
         vit_debug(&show->app->log, "show: at rest: %s, --view %.17g,%.17g,%.17g --zoom %.17g", show->scene.preset->name,
                   app_degrees(view->azimuth_rad), app_degrees(view->elevation_rad), app_degrees(view->roll_rad),
                   view->zoom);
@@ -242,10 +266,8 @@ static void turn(struct show *show, double azimuth, double elevation)
 static bool take_preset(struct show *show, int number, bool later)
 {
     show->preset_ns = vit_clock_ns();
-    const struct vit_preset_builtin *builtin = vit_presets_builtin;
-    for (int i = 1; i < number && builtin->name; i++)
-        builtin++;
-    struct vit_preset *preset = builtin->name ? app_preset_open(show->app, builtin->name) : NULL;
+    const char *name = app_key_preset(number);
+    struct vit_preset *preset = name ? app_preset_open(show->app, name, &show->app->log) : NULL;
     if (!preset)
         return true;
     vit_preset_destroy(&show->scene.preset);
@@ -360,7 +382,7 @@ static int poll_timeout(const struct show *show)
         return wait < 0 || wait > MASTER_RETRY_MS ? MASTER_RETRY_MS : wait;
     if (!vit_seat_is_active(show->seat) || !vit_display_is_ready(show->display))
         return wait;
-    if (show->dirty || show->turning)
+    if (show->dirty || show->turning || (show->keys_linked < APP_KEYS && is_at_rest(show)))
         return 0;
     if (show->scene.beside && app_drawer_is_advancing(&show->drawer, &show->scene))
         wait = wait < 0 || wait > ADVANCE_MS ? ADVANCE_MS : wait;
@@ -403,6 +425,7 @@ static bool step(struct show *show)
             return false;
     if (show->quit || !frame(show))
         return false;
+    link_next(show);
     say_at_rest(show);
     show->status = VIT_EXIT_DONE;
     return true;
@@ -442,6 +465,8 @@ static enum vit_exit open_all(struct show *show)
     show->was_active = true;
     show->unplugged = show->turned = false;
     show->said_flips = 0;
+    show->keys_linked = 0;
+    show->link_ms = 0;
     show->status = VIT_EXIT_DONE;
     bool good = show->preset ? take_preset(show, show->preset, false) : warm_up(show, false);
     return good ? VIT_EXIT_DONE : show->status;

@@ -122,19 +122,6 @@ fail:
     return status;
 }
 
-/* A picture that is not what the preset asks for is not given without a word. */
-static void say_unlit(const struct app_scene *scene, const struct app *app)
-{
-    const struct vit_plan *plan = &scene->plan;
-    if (plan->light.on || scene->preset->shading.model == VIT_SHADING_NONE ||
-        plan->technique != VIT_TECHNIQUE_COMPOSITE)
-        return;
-    for (int i = 0; i < plan->left_out_count; i++)
-        if (strcmp(plan->left_out[i].what, "light") == 0)
-            vit_warn(&app->log, "light of %.1f MiB is left out: %s", (double)plan->left_out[i].bytes_saved / 1048576,
-                     plan->left_out[i].why);
-}
-
 enum vit_exit app_snapshot(struct app *app)
 {
     uint64_t start = vit_clock_ns();
@@ -152,7 +139,7 @@ enum vit_exit app_snapshot(struct app *app)
     scene.one_view = !(app->settings->max_error > 0); /* which tries others first */
     status = app_scene_plan(&scene, app, &app->settings->view);
     if (status == VIT_EXIT_DONE) {
-        say_unlit(&scene, app);
+        app_scene_say_unlit(&scene, app);
         status = draw_and_write(&scene, app, start);
     }
     app_scene_close(&scene);

@@ -221,13 +221,34 @@ void vit_texture3d_clear(struct vit_texture3d *texture);
 /* clang-format on */
 struct vit_program {
     GLuint name;
+    const char *source; /* a literal */
     unsigned features;
     int slabs_per_pass, axis_groups;
+    uint64_t asked; /* for, the last time; 0: never */
     GLint outline;
 #define VIT_UNIFORM_FIELD(uniform) GLint uniform;
     VIT_UNIFORMS(VIT_UNIFORM_FIELD)
 #undef VIT_UNIFORM_FIELD
 };
+/* programs.c: those that were linked; once there are so many, the one goes that was not asked for for longest. The
+ * built-in presets need fewer on both paths together; --max-error tries others. */
+#define VIT_PROGRAMS_MOST 48
+struct vit_programs {
+    struct vit_program all[VIT_PROGRAMS_MOST];
+    uint64_t asked;
+    int linked; /* so far */
+};
+/* Of one plan; NULL: it needs none. They stay at least until it is VIT_PROGRAMS_MOST - 2 others' turn. */
+struct vit_chosen {
+    const struct vit_program *slabs, *parts; /* parts: of stacks with several slabs between two slices */
+    const struct vit_program *reduce;
+};
+/* Links those that are not there. False: logged. */
+VIT_NODISCARD bool vit_programs_choose(struct vit_gl *gl, struct vit_programs *programs, const struct vit_plan *plan,
+                                       struct vit_chosen *out);
+/* Those of this plan and of the same scene in any other view. */
+VIT_NODISCARD bool vit_programs_link(struct vit_gl *gl, struct vit_programs *programs, const struct vit_plan *plan);
+void vit_programs_clear(struct vit_programs *programs);
 /* uniforms.c: what shaders/slabs.* are told, of the program that is used. px: pixels of the picture per pixel of the
  * target. The axis serves shaders/reduce.* too. */
 void vit_uniforms_rays(const struct vit_program *program, const struct vit_plan *plan,

@@ -31,8 +31,8 @@ struct vit_renderer {
     struct vit_present present;
     struct vit_sketch sketch;
     struct vit_stretch stretch;
-    struct vit_program program, reduce_program;
-    struct vit_program parts_program; /* of stacks with several slabs between two slices */
+    struct vit_programs programs;
+    struct vit_chosen chosen; /* of the plan that was prepared last */
     struct vit_mesh mesh;
     GLuint buffer;
     struct vit_render_stats stats;
@@ -75,50 +75,10 @@ void vit_renderer_destroy(struct vit_renderer **renderer_pointer)
         vit_gl_target_destroy(renderer->gl, &renderer->surfaces[i].sketch);
     }
     vit_mesh_clear(&renderer->mesh);
-    glDeleteProgram(renderer->program.name);
-    glDeleteProgram(renderer->parts_program.name);
-    glDeleteProgram(renderer->reduce_program.name);
+    vit_programs_clear(&renderer->programs);
     glDeleteBuffers(1, &renderer->buffer);
     vit_free(renderer);
     *renderer_pointer = NULL;
-}
-
-static bool prepare_program(struct vit_renderer *renderer, struct vit_program *program, const char *name,
-                            const struct vit_plan *plan, unsigned more)
-{
-    const unsigned features = plan->features | more;
-    int groups = (plan->axis.segments + 3) / 4;
-    if (program->name && program->features == features && program->slabs_per_pass == plan->slabs_per_pass &&
-        program->axis_groups == groups)
-        return true;
-    glDeleteProgram(program->name);
-    static const char *const feature_names[VIT_FEATURE_BIT_COUNT] = {
-#define FEATURE_NAME(name, help) "VIT_" #name " 1",
-        VIT_FEATURES(FEATURE_NAME)
-#undef FEATURE_NAME
-    };
-    char per_pass[32], axis_groups[32], fitted_slack[32];
-    snprintf(fitted_slack, sizeof fitted_slack, "VIT_FITTED_SLACK %.6f", VIT_PLAN_FITTED_SLACK);
-    snprintf(per_pass, sizeof per_pass, "VIT_SLABS_PER_PASS %d", plan->slabs_per_pass);
-    snprintf(axis_groups, sizeof axis_groups, "VIT_AXIS_GROUPS %d", groups);
-    const char *defines[VIT_FEATURE_BIT_COUNT + 5] = {per_pass, "VIT_TEXELS 1", fitted_slack};
-    size_t count = 3;
-    if (groups > 0)
-        defines[count++] = axis_groups;
-    for (int bit = 0; bit < VIT_FEATURE_BIT_COUNT; bit++)
-        if (features >> bit & 1)
-            defines[count++] = feature_names[bit];
-    *program = (struct vit_program){.name = vit_gl_program_create(renderer->gl, name, defines),
-                                    .features = features,
-                                    .slabs_per_pass = plan->slabs_per_pass,
-                                    .axis_groups = groups};
-    if (!program->name)
-        return false;
-    program->outline = glGetAttribLocation(program->name, "outline");
-#define UNIFORM_LOCATION(uniform) program->uniform = glGetUniformLocation(program->name, #uniform);
-    VIT_UNIFORMS(UNIFORM_LOCATION)
-#undef UNIFORM_LOCATION
-    return true;
 }
 
 static const GLenum target_formats[VIT_TARGET_COUNT] = {
@@ -159,10 +119,7 @@ static bool prepare_sketch(struct vit_renderer *renderer, const struct vit_plan 
 
 static bool prepare_reduction(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
-    if (!(plan->features & VIT_FEATURE(REDUCE)))
-        return true;
-    return prepare_program(renderer, &renderer->reduce_program, "reduce", plan, 0) &&
-           prepare_target(renderer, &renderer->surface->reduced, plan);
+    return !(plan->features & VIT_FEATURE(REDUCE)) || prepare_target(renderer, &renderer->surface->reduced, plan);
 }
 
 /* The surface of this size and format (moving sketches have 8 bits), or else the one that was not used last. */
@@ -273,23 +230,12 @@ static bool is_shown(const struct vit_renderer *renderer, const struct vit_plan 
     return plan->still && plan->digest == renderer->stats.shown;
 }
 
-/* Stacks may differ in that, and each in the course of a turn. */
-static bool prepare_programs(struct vit_renderer *renderer, const struct vit_plan *plan)
-{
-    bool good = true;
-    for (int i = 0; i < plan->stack_count || i == 0; i++) {
-        const bool parts = plan->stack_count > 0 && plan->stacks[i].parts > 1;
-        good = good && prepare_program(renderer, parts ? &renderer->parts_program : &renderer->program, "slabs", plan,
-                                       parts ? VIT_FEATURE(PARTS) : 0);
-    }
-    return good;
-}
-
 static bool prepare_targets(struct vit_renderer *renderer, const struct vit_plan *plan)
 {
     choose_surface(renderer, plan);
-    bool good = prepare_programs(renderer, plan) && prepare_target(renderer, &renderer->surface->target, plan) &&
-                prepare_reduction(renderer, plan) && prepare_sketch(renderer, plan);
+    bool good = vit_programs_choose(renderer->gl, &renderer->programs, plan, &renderer->chosen) &&
+                prepare_target(renderer, &renderer->surface->target, plan) && prepare_reduction(renderer, plan) &&
+                prepare_sketch(renderer, plan);
     if (good && (plan->stack_count > 1 || plan->soon_count > 0 || plan->overlay))
         good = prepare_target(renderer, &renderer->surface->other, plan) &&
                vit_present_prepare(renderer->gl, &renderer->present);
@@ -314,6 +260,12 @@ bool vit_renderer_reserve(struct vit_renderer *renderer, const struct vit_plan *
 {
     return prepare_targets(renderer, plan) && vit_table_prepare(renderer->gl, &renderer->table, plan) &&
            vit_occupancy_prepare(renderer->gl, &renderer->occupancy, renderer->volume, plan);
+}
+
+bool vit_renderer_link(struct vit_renderer *renderer, const struct vit_plan *plan)
+{
+    return vit_programs_link(renderer->gl, &renderer->programs, plan) &&
+           (!plan->sketch || plan->cpu_stretch || vit_sketch_prepare(renderer->gl, &renderer->sketch));
 }
 
 bool vit_renderer_begin(struct vit_renderer *renderer, const struct vit_plan *plan)
@@ -448,7 +400,7 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
                        const struct vit_mesh *mesh, const struct vit_gl_target *target, int px)
 {
     const bool points = mesh != &renderer->mesh;
-    const struct vit_program *program = stack && stack->parts > 1 ? &renderer->parts_program : &renderer->program;
+    const struct vit_program *program = stack && stack->parts > 1 ? renderer->chosen.parts : renderer->chosen.slabs;
     glUseProgram(program->name);
     vit_uniforms_rays(program, plan, target, px);
     vit_uniforms_light(program, &renderer->light3d, plan);
@@ -475,7 +427,7 @@ static void draw_slabs(struct vit_renderer *renderer, const struct vit_plan *pla
 static void draw_reduced(struct vit_renderer *renderer, const struct vit_plan *plan, const struct vit_gl_target *target)
 {
     static const struct vit_mesh_vertex whole[3] = {{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}};
-    const struct vit_program *program = &renderer->reduce_program;
+    const struct vit_program *program = renderer->chosen.reduce;
     clear_target(target);
     glUseProgram(program->name);
     vit_uniforms_axis(program, plan);
@@ -614,5 +566,7 @@ void vit_renderer_time_passes(struct vit_renderer *renderer, bool on)
 
 struct vit_render_stats vit_renderer_stats(const struct vit_renderer *renderer)
 {
-    return renderer->stats;
+    struct vit_render_stats stats = renderer->stats;
+    stats.programs = renderer->programs.linked;
+    return stats;
 }

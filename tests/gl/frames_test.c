@@ -23,7 +23,7 @@
 /* ---- what is counted ----------------------------------------------------------------------------------------------
  */
 
-static int acquired;
+static int acquired, compiled; /* compiled: of those, shaders and programs */
 static const char *acquired_last = "nothing";
 static bool counting;
 
@@ -32,6 +32,7 @@ static void count(const char *what)
     if (!counting)
         return;
     acquired++;
+    compiled += strstr(what, "Shader") || strstr(what, "Program");
     acquired_last = what;
 }
 
@@ -53,6 +54,8 @@ WRAP(GLuint, glCreateShader, (GLenum type), (type))
 WRAP(GLuint, glCreateProgram, (void), ())
 WRAP(void, glCompileShader, (GLuint shader), (shader))
 WRAP(void, glLinkProgram, (GLuint program), (program))
+WRAP(void, glProgramBinary, (GLuint program, GLenum format, const void *binary, GLsizei bytes),
+     (program, format, binary, bytes))
 WRAP(void, glGenTextures, (GLsizei n, GLuint *names), (n, names))
 WRAP(void, glGenFramebuffers, (GLsizei n, GLuint *names), (n, names))
 WRAP(void, glTexStorage2D, (GLenum target, GLsizei levels, GLenum format, GLsizei width, GLsizei height),
@@ -296,11 +299,79 @@ static void counting_counts(void **state)
     close_scene(f);
 }
 
+/* In full, or as it is drawn while it moves, sketched where the preset is. */
+static void picture_of(struct fixture *f, const char *direction, int shrink)
+{
+    struct vit_view view = f->settings.view;
+    assert_true(vit_view_parse_direction(&view, direction));
+    view.width_px = WIDTH;
+    view.height_px = HEIGHT;
+    view = app_pace_view(&f->scene, &view, shrink);
+    assert_int_equal(app_scene_plan(&f->scene, &f->app, &view), VIT_EXIT_DONE);
+    assert_true(app_drawer_draw(&f->drawer, &f->scene, &f->app));
+}
+
+static void take_key(struct fixture *f, int number)
+{
+    struct vit_preset *preset = app_preset_open(&f->app, app_key_preset(number), &f->app.log);
+    assert_non_null(preset);
+    vit_preset_destroy(&f->scene.preset);
+    f->scene.preset = preset;
+}
+
+/* Along and aslant, at rest and moving, after what `show` does before it says that it rests: nothing is compiled or
+ * linked, nor taken from the disk. */
+static void keys_link_nothing(const char *const *arguments, int argument_count)
+{
+    struct fixture *f = open_scene(arguments, argument_count);
+    if (!f)
+        skip();
+    for (int shrink = 1; shrink <= 4; shrink += 3)
+        picture_of(f, "anterior", shrink); /* links are for other views too */
+    assert_true(vit_renderer_link(f->drawer.renderer, &f->scene.plan));
+    assert_true(vit_renderer_present(f->drawer.renderer, &f->scene.plan, WIDTH, HEIGHT));
+    const int before = vit_renderer_stats(f->drawer.renderer).programs;
+    counting = true;
+    compiled = 0;
+    const uint64_t start = vit_clock_ns();
+    for (int number = 1; number <= APP_KEYS; number++)
+        assert_true(app_key_link(number, &f->scene, f->drawer.renderer, &f->app, 4));
+    const double ms = app_ms_since(start);
+    const int after = vit_renderer_stats(f->drawer.renderer).programs;
+    assert_true(compiled >= after - before && after > before);
+    compiled = 0;
+    for (int number = APP_KEYS; number >= 1; number--) {
+        take_key(f, number);
+        picture_of(f, "45,35", 4);
+        if (f->scene.plan.path == VIT_PATH_STACKS) /* whose program may be another */
+            picture_of(f, "superior", 1);
+        if (compiled > 0)
+            fail_msg("key %d (%s): %d of shaders and programs", number, app_key_preset(number), compiled);
+    }
+    counting = false;
+    assert_int_equal(vit_renderer_stats(f->drawer.renderer).programs, after);
+    print_message("# %d programs before the keys, %d for all of them, which took %.0f ms\n", before, after, ms);
+    close_scene(f);
+}
+
+static void keys_of_a_3d_texture_link_nothing(void **state)
+{
+    (void)state;
+    keys_link_nothing(NULL, 0);
+}
+
+static void keys_of_stacks_link_nothing(void **state)
+{
+    static const char *const arguments[] = {"--path", "stacks"};
+    (void)state;
+    keys_link_nothing(arguments, (int)VIT_ARRAY_LENGTH(arguments));
+}
+
 /* As the keys 1 to 9 do: the renderer stays, the preset changes; small pictures come first. */
 static struct vit_frame frame_of_preset(struct fixture *f, const char *name, const char *direction, bool small_first)
 {
     struct vit_frame picture;
-    struct vit_preset *preset = app_preset_open(&f->app, name);
+    struct vit_preset *preset = app_preset_open(&f->app, name, &f->app.log);
     assert_non_null(preset);
     vit_preset_destroy(&f->scene.preset);
     f->scene.preset = preset;
@@ -346,6 +417,7 @@ int main(void)
         cmocka_unit_test(the_screen_shows_the_frame),          cmocka_unit_test(a_frame_acquires_nothing),
         cmocka_unit_test(a_mip_frame_acquires_nothing),        cmocka_unit_test(counting_counts),
         cmocka_unit_test(a_frame_of_stacks_acquires_nothing),  cmocka_unit_test(a_frame_of_bytes_acquires_nothing),
+        cmocka_unit_test(keys_of_a_3d_texture_link_nothing),   cmocka_unit_test(keys_of_stacks_link_nothing),
         cmocka_unit_test(a_preset_leaves_nothing_to_the_next),
     };
     return cmocka_run_group_tests_name("frames", tests, NULL, NULL);
