@@ -217,7 +217,8 @@ struct vit_plan {
     uint64_t table_bytes;
     double empty_share; /* of all bricks; 0 where nobody counted */
     /* Bricks at which no slab that shows anything looks are not sent into a 3D texture of HU: those further than so
-     * many bricks from any that reaches visible_hu[0]. 0: all are. */
+     * many bricks from any that reaches visible_hu[0]; into one of classified texels (and then 1) those that show
+     * nothing. 0: all are. */
     int sent_reach;
     /* The rest is cleared first, to this value; false: it is 0 to begin with. And what it may be at most. */
     bool sent_clears;

@@ -327,14 +327,26 @@ static void leave_unneeded(const struct vit_plan *plan, const size_t n[3], size_
     }
 }
 
+/* Bricks of a layer that show anything themselves. */
+static void showing_columns(const struct emptiness *emptiness, size_t layer, uint8_t *cells)
+{
+    const size_t count = emptiness->stats->bricks[0] * emptiness->stats->bricks[1];
+    for (size_t i = 0; i < count; i++)
+        cells[i] = brick_is_empty(emptiness, layer * count + i) ? 0 : 255;
+}
+
 static void sent_layer(const struct vit_plan *plan, const struct emptiness *emptiness, size_t layer, uint8_t *cells)
 {
     const size_t *n = emptiness->stats->bricks, reach = (size_t)plan->sent_reach;
-    reached_columns(emptiness, layer, reach, cells);
-    for (size_t row = 0; row < n[1]; row++)
-        spread_line(cells + row * n[0], n[0], 1, reach);
-    for (size_t column = 0; column < n[0]; column++)
-        spread_line(cells + column, n[1], n[0], reach);
+    if (plan->classify == VIT_CLASSIFY_PRE)
+        showing_columns(emptiness, layer, cells);
+    else {
+        reached_columns(emptiness, layer, reach, cells);
+        for (size_t row = 0; row < n[1]; row++)
+            spread_line(cells + row * n[0], n[0], 1, reach);
+        for (size_t column = 0; column < n[0]; column++)
+            spread_line(cells + column, n[1], n[0], reach);
+    }
     leave_unneeded(plan, n, layer, cells);
 }
 
@@ -388,10 +400,11 @@ static bool can_be_cleared(enum vit_texel texel, const struct vit_caps *caps)
     }
 }
 
-/* What the texture is to hold where nothing is sent, of scalar texels. False: no such value can be had. */
+/* What the texture is to hold where nothing is sent. low: the highest raw value that is as invisible, INFINITY: any is
+ * or texels are classified. False: no such value can be had. */
 static bool set_rest(struct vit_plan *plan, const struct vit_caps *caps, double low, double raw_min)
 {
-    plan->sent_rest_most = (low - plan->raw_origin) * plan->value_per_raw;
+    plan->sent_rest_most = isfinite(low) ? (low - plan->raw_origin) * plan->value_per_raw : INFINITY;
     plan->sent_rest = 0;
     if (caps->zeroes || plan->sent_rest_most >= 0)
         return plan->sent_rest_most >= 0 && (caps->zeroes || can_be_cleared(plan->texel, caps));
@@ -403,28 +416,31 @@ static bool set_rest(struct vit_plan *plan, const struct vit_caps *caps, double 
 /* What is not sent is 0 in the texture, or what it is cleared to, which has to be as invisible as what should be there:
  * at or below visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated
  * across. Slabs that show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces
- * are looked at two slabs further (fitted lines), voxels one further. What is not needed at all may be anything. */
+ * are looked at two slabs further (fitted lines), voxels one further. What is not needed at all may be anything. A
+ * classified texel of what is invisible is 0 itself: bricks that hold nothing else need not be sent, and no neighbours
+ * of others. */
 void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
 {
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
     const struct emptiness emptiness = emptiness_make(plan, request->volume);
-    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || plan->classify == VIT_CLASSIFY_PRE ||
-        info->slope <= 0 || vit_plan_keeps(request, VIT_RULE_UNSENT))
+    const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
+    const bool pre = plan->classify == VIT_CLASSIFY_PRE;
+    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || (info->slope <= 0 && !pre) ||
+        vit_plan_keeps(request, VIT_RULE_UNSENT))
         return;
-    bool boxed = false, all_show = stats->raw_min > emptiness.low;
+    size_t reached = 0;
+    for (size_t brick = 0; brick < count; brick++)
+        reached += pre ? !brick_is_empty(&emptiness, brick) : stats->brick_max[brick] > emptiness.low;
+    bool boxed = false, all_show = pre ? reached == count : stats->raw_min > emptiness.low;
     for (int axis = 0; axis < 3; axis++)
         boxed = boxed || plan->need_low[axis] > 0 || plan->need_high[axis] < 1;
-    if ((all_show ? !boxed : stats->raw_min >= emptiness.low) ||
-        !set_rest(plan, &request->caps, all_show ? INFINITY : emptiness.low, stats->raw_min))
+    if ((all_show ? !boxed : !pre && stats->raw_min >= emptiness.low) ||
+        !set_rest(plan, &request->caps, all_show || pre ? INFINITY : emptiness.low, stats->raw_min))
         return;
     plan->sent_clears = !request->caps.zeroes;
     const double voxels = UNSENT_SLACK * 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
-    const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
     plan->sent_reach = (int)fmin(255, ceil(voxels / VIT_BRICK));
-    size_t reached = 0;
-    for (size_t brick = 0; brick < count; brick++)
-        reached += stats->brick_max[brick] > emptiness.low;
     uint64_t outside = 0, invisible = 0, bytes = vit_texel_bytes(plan->texel);
     /* Nobody reads it of the pictures of a frame loop, which have less time than it takes. */
     if (request->one_view || request->figures)
@@ -435,9 +451,11 @@ void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *reque
             outside = 0;
         }
     if (reached < count) {
-        vit_plan_leave_out(plan, invisible * bytes, "sending what is invisible",
-                           "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
-                           100.0 * (double)(count - reached) / (double)count);
+        vit_plan_leave_out(
+            plan, invisible * bytes, "sending what is invisible",
+            pre ? "%.0f %% of bricks hold nothing that shows"
+                : "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
+            100.0 * (double)(count - reached) / (double)count);
         vit_plan_by_rule(plan, VIT_RULE_UNSENT, 0);
     }
 }

@@ -147,10 +147,10 @@ struct missing {
     struct vit_sent sent;
 };
 
-/* Never less than was sent before: views that move and those at rest ask for different things, by turns. False: out of
- * memory (logged). */
+/* Never less than was sent before: views that move and those at rest ask for different things, by turns. relit: what is
+ * there is of another light. False: out of memory (logged). */
 static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *texture, const struct vit_volume *volume,
-                         const struct vit_plan *plan, struct missing *missing)
+                         const struct vit_plan *plan, bool relit, struct missing *missing)
 {
     const size_t *n = vit_volume_get_stats(volume)->bricks;
     struct vit_plan wider = *plan;
@@ -172,7 +172,7 @@ static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *te
     }
     missing->sent = sent_of(&wider);
     vit_plan_sent_bricks(&wider, volume, 0, n[2], missing->bricks);
-    for (size_t brick = 0; texture->bricks && brick < missing->count; brick++)
+    for (size_t brick = 0; texture->bricks && !relit && brick < missing->count; brick++)
         missing->bricks[brick] = texture->bricks[brick] ? 0 : missing->bricks[brick];
     return true;
 }
@@ -212,7 +212,7 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     if (there && (texture->lit_from == lit || (only_light && plan->light.stays)))
         return true;
     struct missing missing = {0};
-    bool good = there || missing_find(gl, texture, volume, plan, &missing);
+    bool good = there || missing_find(gl, texture, volume, plan, texture->lit_from != lit, &missing);
     const struct part part = {
         .end = plan->n[2], .wanted = there && only_light ? shade->wanted : missing.bricks, .shade = shade};
     good = good && upload(gl, texture->target, &part, volume, plan, progress);

@@ -69,6 +69,8 @@ static const struct rule {
     {"search", 0, false, false, 1, 2, 1, 1, VIT_PATH_3D, false, false, false},
     {"unsent", 0, false, false, 0, 7, 0, 1, VIT_PATH_3D, false, false, false},
     {"unsent", 0, false, false, 1, 2, 1, 1, VIT_PATH_3D, false, false, false},
+    {"unsent", 0, false, false, 7, 2, 0, 2, VIT_PATH_3D, false, false, false},
+    {"unsent", 0, false, false, 7, 1, 1, 1, VIT_PATH_3D, true, false, true},
     {"opaque-front", 1.0 / 65536, false, true, 0, 9, 0, 2, VIT_PATH_3D, false, false, false},
     {"flat-color", 1e-6, false, false, 1, 1, 2, 1, VIT_PATH_3D, false, false, false},
     {"mono", 0, false, false, 5, 1, 3, 1, VIT_PATH_3D, false, false, false},
@@ -250,16 +252,19 @@ static void what_is_not_sent_is_cleared(void **state)
         bool wide;
         size_t way;
         int bits;
-    } cases[] = {{"zeroes=0", false, 1, 16},
-                 {"zeroes=0", true, 1, 16},
-                 {"texture_norm16=0", false, 5, 16},
-                 {"zeroes=0", false, 5, 8}};
+    } cases[] = {{"zeroes=0", false, 1, 16}, {"zeroes=0", true, 1, 16},  {"texture_norm16=0", false, 5, 16},
+                 {"zeroes=0", false, 5, 8},  {"zeroes=0", false, 7, 16}, {"texture_norm16=0", false, 7, 16},
+                 {"zeroes=0", false, 7, 8}};
     /* Without jumps over it nobody would see most of it. */
     static const char *const keep[] = {"unsent", "empty-space", "empty-border", "wide-texels"};
     struct fixture *f = *state;
+    struct vit_transfer_point white = {0, {1, 1, 1}, 0.5};
     assert_true(fixture_load(f, "head"));
     f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bone;
     f->preset.transfer.count = VIT_ARRAY_LENGTH(bone);
+    struct vit_transfer bright = f->preset.transfer;
+    bright.points = &white;
+    bright.count = 1;
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         const struct way *way = &ways[cases[i].way];
         struct vit_caps caps = *vit_gl_caps(f->gl);
@@ -281,6 +286,7 @@ static void what_is_not_sent_is_cleared(void **state)
         vit_frame_clear(&got);
         /* Air as bright as bone. */
         other.raw_origin -= 2000;
+        other.transfer = &bright;
         got = fixture_draw(f, &other);
         vit_frame_clear(&got);
         got = fixture_draw(f, &plan);

@@ -307,7 +307,10 @@ static void what_is_invisible_is_not_sent(void **state)
         {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, "color_buffer_float=0", VIT_TEXEL_R16F},
         {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 0, "color_buffer_half_float=0", VIT_TEXEL_R16F},
         {true, true, VIT_CLASSIFY_SLAB, 1, -1000, 0, NULL, VIT_TEXEL_R16},
-        {true, false, VIT_CLASSIFY_PRE, 1, -1000, 0, NULL, VIT_TEXEL_RGBA16},
+        {true, false, VIT_CLASSIFY_PRE, 1, -1000, 1, NULL, VIT_TEXEL_RGBA16},
+        {false, false, VIT_CLASSIFY_PRE, 1, -1000, 1, NULL, VIT_TEXEL_RGBA16},
+        {true, true, VIT_CLASSIFY_PRE, 1, -1000, 0, NULL, VIT_TEXEL_RGBA16},
+        {true, false, VIT_CLASSIFY_PRE, 1, -2000, 0, NULL, VIT_TEXEL_RGBA16},
         {true, false, VIT_CLASSIFY_SLAB, 1, -2000, 0, NULL, VIT_TEXEL_R16}, /* air shows */
     };
     static const char *const keep[] = {"unsent"};
@@ -334,9 +337,10 @@ static void what_is_invisible_is_not_sent(void **state)
         vit_plan_sent_bricks(&plan, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], cells);
         for (int brick = 0; brick < 8 * 6 * 5; brick++) {
             const int at[3] = {brick % 8, brick / 8 % 6, brick / 48};
+            const int reach = cases[i].classify == VIT_CLASSIFY_PRE ? 0 : cases[i].reach;
             bool wanted = true;
             for (int axis = 0; axis < 3; axis++)
-                wanted = wanted && at[axis] >= 2 - cases[i].reach && at[axis] <= 3 + cases[i].reach;
+                wanted = wanted && at[axis] >= 2 - reach && at[axis] <= 3 + reach;
             assert_int_equal(cells[brick], wanted ? 255 : 0);
         }
         uint8_t layers[2 * 8 * 6]; /* some of them are no others */
