@@ -33,12 +33,21 @@ struct emptiness {
     bool gaps;        /* something between may be invisible too */
 };
 
+/* The raw value at an end of the visible range, moved outward as long as by rounding its HU lies inside. way: of HU. */
+static double raw_outside(const struct vit_volume_info *info, double hu, int way)
+{
+    double raw = (hu - info->intercept) / info->slope;
+    const double outward = way * info->slope > 0 ? INFINITY : -INFINITY;
+    for (int i = 0; i < 64 && isfinite(raw) && (info->slope * raw + info->intercept - hu) * way < 0; i++)
+        raw = nextafter(raw, outward);
+    return raw;
+}
+
 static struct emptiness emptiness_make(const struct vit_plan *plan, const struct vit_volume *volume)
 {
     struct emptiness e = {
         .transfer = plan->transfer, .info = vit_volume_get_info(volume), .stats = vit_volume_get_stats(volume)};
-    double a = (plan->visible_hu[0] - e.info->intercept) / e.info->slope;
-    double b = (plan->visible_hu[1] - e.info->intercept) / e.info->slope;
+    double a = raw_outside(e.info, plan->visible_hu[0], -1), b = raw_outside(e.info, plan->visible_hu[1], 1);
     e.low = fmin(a, b);
     e.high = fmax(a, b);
     for (size_t i = 0; i < plan->transfer->count && !e.gaps; i++) {

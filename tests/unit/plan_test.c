@@ -352,6 +352,37 @@ static void what_is_invisible_is_not_sent(void **state)
     scene->preset.sampling.slices_per_voxel = 1;
 }
 
+/* What lies exactly at a step shows, whatever an intercept rounds. */
+static void what_is_at_a_step_shows(void **state)
+{
+    struct scene *scene = *state;
+    const struct vit_volume_info info = {.n = {8, 8, 8},
+                                         .sample = VIT_SAMPLE_I16,
+                                         .slope = 1,
+                                         .intercept = -1000,
+                                         .is_hu = true,
+                                         .lps_mm_from_vox = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
+    struct vit_transfer_point *points = scene->points, kept[3] = {points[0], points[1], points[2]};
+    struct vit_plan_request request = ask(scene);
+    struct vit_volume *volume = vit_volume_create(&info, &scene->log);
+    assert_non_null(volume);
+    int16_t *samples = vit_volume_samples_mut(volume);
+    for (int i = 0; i < 512; i++)
+        samples[i] = 800;
+    assert_true(vit_volume_finish(volume, &scene->log));
+    points[0] = (struct vit_transfer_point){-3000, {0, 0, 0}, 0};
+    points[1] = (struct vit_transfer_point){-200, {1, 1, 1}, 0};
+    points[2] = (struct vit_transfer_point){-200, {1, 1, 1}, 0.5};
+    request.volume = volume;
+    struct vit_plan plan = make(scene, &request);
+    uint8_t cells[1];
+    vit_plan_occupancy(&plan, volume, cells);
+    assert_int_equal(cells[0], 0);
+    assert_true(plan.draw_low[0] < plan.draw_high[0]);
+    vit_volume_destroy(&volume);
+    memcpy(points, kept, sizeof kept);
+}
+
 /* Against the nearest by looking at all: a phantom of many pieces. */
 static void occupancy_is_the_least_distance(void **state)
 {
@@ -1166,6 +1197,7 @@ int main(void)
         cmocka_unit_test(a_pass_holds_the_slabs_of_any_view),
         cmocka_unit_test(occupancy_tells_the_distance),
         cmocka_unit_test(what_is_invisible_is_not_sent),
+        cmocka_unit_test(what_is_at_a_step_shows),
         cmocka_unit_test(occupancy_is_the_least_distance),
         cmocka_unit_test(empty_space_and_what_is_behind_can_be_kept),
         cmocka_unit_test(what_is_visible_lies_between),
