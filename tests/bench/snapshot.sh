@@ -17,7 +17,7 @@ fi
 slow=
 if [ -n "${DISK_MBS:-}" ]; then
     slow=$work/slow_disk.so
-    ${CC:-cc} -O2 -D_GNU_SOURCE -shared -fPIC "$(dirname "$0")/slow_disk.c" -o "$slow"
+    ${CC:-cc} -O2 -D_GNU_SOURCE -shared -fPIC "$(dirname "$0")/preload/slow_disk.c" -o "$slow"
 fi
 echo '| scene | classify | start to PNG, median s | least s | peak MB | voxels MB | textures MB | rest MB |'
 echo '|---|---|---:|---:|---:|---:|---:|---:|'
