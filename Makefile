@@ -101,7 +101,7 @@ $(O)/flags: FORCE
 HEADERS := $(sort $(wildcard include/vitrine/*.h src/*/*.h))
 C_SRC := $(sort $(wildcard src/*/*.c))
 CC_SRC := $(sort $(wildcard src/*/*.cc))
-TEST_SRC := $(sort $(wildcard tests/unit/*.c tests/gl/*.c tests/fuzz/*.c tests/bench/*.c tests/kms/*.c tests/kms/preload/*.c))
+TEST_SRC := $(sort $(wildcard tests/unit/*.c tests/gl/*.c tests/fuzz/*.c tests/bench/*.c tests/bench/preload/*.c tests/kms/*.c tests/kms/preload/*.c))
 TEST_HEADERS := $(sort $(wildcard tests/*/*.h))
 PRESETS := $(sort $(wildcard configs/presets/*.yaml))
 SHADERS := $(sort $(wildcard shaders/*.vert shaders/*.frag shaders/*.glsl))
