@@ -130,10 +130,10 @@ static void what_shows_is_needed(void **state)
         struct vit_plan plan =
             make(scene, views[v / 2].view, views[v / 2].projection, views[v / 2].zoom, true, one_view, false);
         double least[3] = {1, 1, 1}, most[3] = {0, 0, 0}, spare = 0;
-        for (int pixel = 0; pixel < 300 * 200; pixel += 7) {
+        for (int pixel = 0; pixel < 300 * 200; pixel += 23) {
             struct vit_vec3 origin, along;
             vit_camera_ray(&plan.camera, pixel % 300, pixel / 300, &origin, &along);
-            for (double t = -100; t < 400; t += 1) {
+            for (double t = -100; t < 400; t += 2) {
                 struct vit_vec3 tex = vit_mat4_point(plan.tex_from_mm, vit_vec3_add(origin, vit_vec3_scale(along, t)));
                 const double at[3] = {tex.x, tex.y, tex.z};
                 bool in = !plan.camera.perspective || t > 0;
