@@ -75,9 +75,10 @@ struct vit_histogram *vit_volume_histogram(const struct vit_volume *volume, size
         *histogram = (struct vit_histogram){.upto = upto, .crossed = upto + values};
         count_rows(volume, every, counts, threads);
         sum_up(volume, counts, threads, histogram);
-        const size_t rows = (n[1] * n[2] + every - 1) / every;
-        for (size_t row = 0; row < rows; row++)
-            histogram->pairs += n[0] - 1 + (row * every % n[1] + 1 < n[1] ? n[0] : 0);
+        for (size_t row = 0; row < n[1] * n[2]; row += every) {
+            /* NOLINTNEXTLINE(clang-analyzer-core.DivideZero): there are rows */
+            histogram->pairs += n[0] - 1 + (row % n[1] + 1 < n[1] ? n[0] : 0);
+        }
         upto = NULL;
     } else {
         vit_free(histogram);

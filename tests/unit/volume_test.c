@@ -47,17 +47,19 @@ static void check_crossed(const struct vit_volume *volume, const struct vit_hist
 {
     const size_t *n = vit_volume_get_info(volume)->n;
     uint64_t crossed = 0, pairs = 0;
-    for (size_t at = 0; at < n[0] * n[1] * n[2]; at++) {
-        bool above = raw_at(volume, at) > raw;
-        if (at % n[0] + 1 < n[0]) {
-            crossed += above != (raw_at(volume, at + 1) > raw);
-            pairs++;
+    for (size_t row = 0; row < n[1] * n[2]; row++)
+        for (size_t i = 0; i < n[0]; i++) {
+            const size_t at = row * n[0] + i;
+            bool above = raw_at(volume, at) > raw;
+            if (i + 1 < n[0]) {
+                crossed += above != (raw_at(volume, at + 1) > raw);
+                pairs++;
+            }
+            if (n[1] > 1 && row % n[1] + 1 < n[1]) {
+                crossed += above != (raw_at(volume, at + n[0]) > raw);
+                pairs++;
+            }
         }
-        if (at / n[0] % n[1] + 1 < n[1]) {
-            crossed += above != (raw_at(volume, at + n[0]) > raw);
-            pairs++;
-        }
-    }
     assert_int_equal(histogram->crossed[raw - vit_volume_get_stats(volume)->raw_min], crossed);
     assert_int_equal(histogram->pairs, pairs);
 }
@@ -142,12 +144,11 @@ static void layers_are_known_before_the_volume_is(void **state)
     struct vit_volume_info info = plain(37, 20, 18, VIT_SAMPLE_U16);
     info.slope = 2, info.intercept = -1024, info.is_hu = false;
     struct vit_volume *volume = noise(info);
-    const struct vit_volume_stats *s = vit_volume_get_stats(volume);
     assert_false(vit_volume_assume(volume, NULL));
     vit_volume_destroy(&volume);
     info.is_hu = true;
     volume = noise(info);
-    s = vit_volume_get_stats(volume);
+    const struct vit_volume_stats *s = vit_volume_get_stats(volume);
     assert_true(vit_volume_assume(volume, NULL));
     const size_t layer = s->bricks[0] * s->bricks[1], count = layer * s->bricks[2];
     assert_true(s->raw_min == -512 && s->raw_max == 2560 && s->hu_min == -2048 && s->hu_max == 4096);
