@@ -23,9 +23,7 @@ struct vit_volume_info {
 VIT_NODISCARD bool vit_volume_info_check(const struct vit_volume_info *info, const struct vit_log *log);
 size_t vit_volume_info_bytes(const struct vit_volume_info *info); /* of a checked info */
 
-/* Raw values between which nearly all of a CT lies: HU from -2048 to 4095. False: no HU, or they are wider than 16
- * bits.
- */
+/* Raw values between which nearly all of a CT lies: HU from -2048 to 4095. False: no HU, or more than 16 bits wide. */
 VIT_NODISCARD bool vit_volume_usual_raw(const struct vit_volume_info *info, int *low, int *high);
 
 struct vit_volume;
