@@ -52,8 +52,9 @@ void vit_gl_es3_storage_2d(struct vit_gl *gl, unsigned internal_format, int widt
 void vit_gl_es3_storage_3d(struct vit_gl *gl, unsigned target, unsigned internal_format, const size_t size[3]);
 void vit_gl_es3_pixels_3d(struct vit_gl *gl, unsigned target, const size_t low[3], const size_t size[3],
                           unsigned layout, unsigned type, const void *pixels);
-/* All channels of so many layers of a texture become `value`, where it can be drawn into. False: not all (not logged).
- */
+/* All channels of so many textures, or layers of one, become `value`, where they can be drawn into. False: not all (not
+ * logged). */
+VIT_NODISCARD bool vit_gl_clear_2d(const unsigned *textures, size_t count, double value);
 VIT_NODISCARD bool vit_gl_es3_clear_3d(struct vit_gl *gl, unsigned texture, size_t layers, double value);
 
 /* Framebuffer with one colour texture. Returns false (logged) if incomplete. internal_format is a sized GL format. */

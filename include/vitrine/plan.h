@@ -216,10 +216,10 @@ struct vit_plan {
     double flat_color[3]; /* where table_channels is 1 */
     uint64_t table_bytes;
     double empty_share; /* of all bricks; 0 where nobody counted */
-    /* Bricks at which no slab that shows anything looks are not sent into a 3D texture of HU: those further than so
-     * many bricks from any that reaches visible_hu[0]; into one of classified texels (and then 1) those that show
-     * nothing. 0: all are. */
-    int sent_reach;
+    /* Bricks at which no slab that shows anything looks are not sent into textures of HU: those further than so many
+     * bricks along each axis from any that reaches visible_hu[0]; into those of classified texels (whatever stands
+     * here) those that show nothing. 0: all are. */
+    int sent_reach[3];
     /* The rest is cleared first, to this value; false: it is 0 to begin with. And what it may be at most. */
     bool sent_clears;
     double sent_rest, sent_rest_most;
@@ -302,8 +302,8 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
 /* Voxels [first, end) of each axis that a picture can ask for which looks no further than so many voxels beyond its
  * slabs. False: none. */
 bool vit_plan_needed(const struct vit_plan *plan, double reach_vox, size_t first[3], size_t end[3]);
-/* Bricks that a 3D texture has to hold, of a plan with sent_reach: cells[] is 255 or 0, in the volume's order, of its
- * layers [first, end). They depend on layers as far as sent_reach before and behind. */
+/* Bricks that textures have to hold, of a plan with sent_reach: cells[] is 255 or 0, in the volume's order, of its
+ * layers [first, end). They depend on layers as far as sent_reach[2] before and behind. */
 void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, size_t first, size_t end,
                           uint8_t *cells);
 /* Bricks whose voxels' light can be asked for: cells[brick] is 255 or 0, in the volume's order of bricks. */

@@ -71,3 +71,25 @@ void vit_gl_target_destroy(struct vit_gl *gl, struct vit_gl_target *target)
     glDeleteTextures(1, &target->texture);
     *target = (struct vit_gl_target){0};
 }
+
+bool vit_gl_clear_2d(const unsigned *textures, size_t count, double value)
+{
+    const GLfloat color = (GLfloat)value;
+    GLuint framebuffer = 0;
+    GLint bound = 0;
+    glGetIntegerv(GL_FRAMEBUFFER_BINDING, &bound);
+    if (!vit_fault())
+        glGenFramebuffers(1, &framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glClearColor(color, color, color, color);
+    bool good = framebuffer != 0;
+    for (size_t i = 0; i < count && good; i++) {
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, textures[i], 0);
+        good = i > 0 || glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+        if (good)
+            glClear(GL_COLOR_BUFFER_BIT);
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, (GLuint)bound);
+    glDeleteFramebuffers(1, &framebuffer);
+    return good && glGetError() == GL_NO_ERROR;
+}

@@ -24,15 +24,6 @@ static void visible_range(const struct vit_transfer *transfer, double hu[2])
         hu[1] = points[--high].hu;
 }
 
-/* What is asked of every brick, in raw values. */
-struct emptiness {
-    const struct vit_transfer *transfer;
-    const struct vit_volume_info *info;
-    const struct vit_volume_stats *stats;
-    double low, high; /* at or below, at or above: invisible */
-    bool gaps;        /* something between may be invisible too */
-};
-
 /* The raw value at an end of the visible range, moved outward as long as by rounding its HU lies inside. way: of HU. */
 static double raw_outside(const struct vit_volume_info *info, double hu, int way)
 {
@@ -43,9 +34,9 @@ static double raw_outside(const struct vit_volume_info *info, double hu, int way
     return raw;
 }
 
-static struct emptiness emptiness_make(const struct vit_plan *plan, const struct vit_volume *volume)
+struct vit_emptiness vit_plan_emptiness(const struct vit_plan *plan, const struct vit_volume *volume)
 {
-    struct emptiness e = {
+    struct vit_emptiness e = {
         .transfer = plan->transfer, .info = vit_volume_get_info(volume), .stats = vit_volume_get_stats(volume)};
     double a = raw_outside(e.info, plan->visible_hu[0], -1), b = raw_outside(e.info, plan->visible_hu[1], 1);
     e.low = fmin(a, b);
@@ -57,7 +48,7 @@ static struct emptiness emptiness_make(const struct vit_plan *plan, const struct
     return e;
 }
 
-static bool brick_is_empty(const struct emptiness *e, size_t brick)
+bool vit_plan_brick_is_empty(const struct vit_emptiness *e, size_t brick)
 {
     int least = e->stats->brick_min[brick], greatest = e->stats->brick_max[brick];
     if (greatest <= e->low || least >= e->high)
@@ -78,12 +69,12 @@ void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request 
         return;
     const struct vit_volume_info *info = vit_volume_get_info(request->volume);
     const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
-    const struct emptiness emptiness = emptiness_make(plan, request->volume);
+    const struct vit_emptiness emptiness = vit_plan_emptiness(plan, request->volume);
     size_t low[3] = {SIZE_MAX, SIZE_MAX, SIZE_MAX}, high[3] = {0, 0, 0}, brick = 0, empty = 0;
     for (size_t k = 0; k < stats->bricks[2]; k++)
         for (size_t j = 0; j < stats->bricks[1]; j++)
             for (size_t i = 0; i < stats->bricks[0]; i++, brick++) {
-                if (brick_is_empty(&emptiness, brick)) {
+                if (vit_plan_brick_is_empty(&emptiness, brick)) {
                     empty++;
                     continue;
                 }
@@ -213,11 +204,11 @@ static void step_from(uint8_t *cells, const size_t n[3], ptrdiff_t j, ptrdiff_t 
 /* Chebyshev distance by two sweeps over all 26 neighbours, which is exact (Rosenfeld and Pfaltz 1968). */
 void vit_plan_occupancy(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)
 {
-    const struct emptiness emptiness = emptiness_make(plan, volume);
+    const struct vit_emptiness emptiness = vit_plan_emptiness(plan, volume);
     const size_t *n = emptiness.stats->bricks;
     ptrdiff_t count = (ptrdiff_t)(n[0] * n[1] * n[2]), rows = (ptrdiff_t)n[1], layers = (ptrdiff_t)n[2];
     for (ptrdiff_t brick = 0; brick < count; brick++)
-        cells[brick] = brick_is_empty(&emptiness, (size_t)brick) ? 255 : 0;
+        cells[brick] = vit_plan_brick_is_empty(&emptiness, (size_t)brick) ? 255 : 0;
     for (ptrdiff_t k = 0; k < layers; k++)
         for (ptrdiff_t j = 0; j < rows; j++)
             step_from(cells, n, j, k, 1);
@@ -274,208 +265,6 @@ void vit_plan_empty_ahead(const struct vit_plan *plan, const uint8_t *occupancy,
             cells[i] = work[i] < cells[i] ? work[i] : cells[i];
         first = false;
     }
-}
-
-/* Twice what rays in parallel need: those that diverge go further between two faces, by 1/cos. */
-#define UNSENT_SLACK 2
-
-/* Bricks [first, end) that are within reach of what a picture needs. */
-static bool needed_bricks(const struct vit_plan *plan, size_t first[3], size_t end[3])
-{
-    bool any = vit_plan_needed(plan, (double)plan->sent_reach * VIT_BRICK, first, end);
-    for (int axis = 0; axis < 3; axis++) {
-        first[axis] /= VIT_BRICK;
-        end[axis] = any ? (end[axis] + VIT_BRICK - 1) / VIT_BRICK : first[axis];
-    }
-    return any;
-}
-
-/* cells[] along one axis: each takes the most of those up to `reach` away. */
-static void spread_line(uint8_t *cells, size_t count, size_t stride, size_t reach)
-{
-    size_t last = SIZE_MAX; /* the last one that was 255, before any was spread */
-    for (size_t i = 0; i < count; i++) {
-        uint8_t *cell = cells + i * stride;
-        last = *cell == 255 ? i : last;
-        *cell = *cell == 255 ? 255 : last != SIZE_MAX && i - last <= reach ? 254 : 0;
-    }
-    last = SIZE_MAX;
-    for (size_t i = count; i-- > 0;) {
-        uint8_t *cell = cells + i * stride;
-        last = *cell == 255 ? i : last;
-        *cell = *cell || (last != SIZE_MAX && last - i <= reach) ? (*cell == 255 ? 255 : 254) : 0;
-    }
-    for (size_t i = 0; i < count; i++)
-        cells[i * stride] = cells[i * stride] ? 255 : 0;
-}
-
-/* Columns of a layer that reach it within so many layers. */
-static void reached_columns(const struct emptiness *emptiness, size_t layer, size_t reach, uint8_t *cells)
-{
-    const size_t *n = emptiness->stats->bricks, count = n[0] * n[1];
-    const size_t first = layer > reach ? layer - reach : 0, end = layer + reach + 1 < n[2] ? layer + reach + 1 : n[2];
-    memset(cells, 0, count);
-    for (size_t k = first; k < end; k++)
-        for (size_t i = 0; i < count; i++)
-            cells[i] |= emptiness->stats->brick_max[k * count + i] > emptiness->low ? 255 : 0;
-}
-
-/* What is needed of a layer. */
-static void leave_unneeded(const struct vit_plan *plan, const size_t n[3], size_t layer, uint8_t *cells)
-{
-    size_t first[3], end[3];
-    if (!needed_bricks(plan, first, end) || layer < first[2] || layer >= end[2]) {
-        memset(cells, 0, n[0] * n[1]);
-        return;
-    }
-    for (size_t row = 0; row < n[1]; row++) {
-        const bool in = row >= first[1] && row < end[1];
-        memset(cells + row * n[0], 0, in ? first[0] : n[0]);
-        if (in)
-            memset(cells + row * n[0] + end[0], 0, n[0] - end[0]);
-    }
-}
-
-/* Bricks of a layer that show anything themselves. */
-static void showing_columns(const struct emptiness *emptiness, size_t layer, uint8_t *cells)
-{
-    const size_t count = emptiness->stats->bricks[0] * emptiness->stats->bricks[1];
-    for (size_t i = 0; i < count; i++)
-        cells[i] = brick_is_empty(emptiness, layer * count + i) ? 0 : 255;
-}
-
-static void sent_layer(const struct vit_plan *plan, const struct emptiness *emptiness, size_t layer, uint8_t *cells)
-{
-    const size_t *n = emptiness->stats->bricks, reach = (size_t)plan->sent_reach;
-    if (plan->classify == VIT_CLASSIFY_PRE)
-        showing_columns(emptiness, layer, cells);
-    else {
-        reached_columns(emptiness, layer, reach, cells);
-        for (size_t row = 0; row < n[1]; row++)
-            spread_line(cells + row * n[0], n[0], 1, reach);
-        for (size_t column = 0; column < n[0]; column++)
-            spread_line(cells + column, n[1], n[0], reach);
-    }
-    leave_unneeded(plan, n, layer, cells);
-}
-
-/* Voxels of bricks that are not sent: because they are not needed, or though they are. Nothing where memory is short.
- */
-static void count_unsent(const struct vit_plan *plan, const struct emptiness *e, uint64_t outside[1],
-                         uint64_t invisible[1])
-{
-    const size_t *n = e->stats->bricks;
-    size_t first[3], end[3];
-    const bool any = needed_bricks(plan, first, end);
-    uint8_t *cells = vit_alloc(n[0] * n[1], 1);
-    *outside = *invisible = 0;
-    for (size_t k = 0; cells && k < n[2]; k++) {
-        sent_layer(plan, e, k, cells);
-        for (size_t j = 0; j < n[1]; j++)
-            for (size_t i = 0; i < n[0]; i++) {
-                const size_t at[3] = {i, j, k};
-                uint64_t voxels = cells[j * n[0] + i] ? 0 : 1;
-                bool in = any;
-                for (int axis = 0; axis < 3 && voxels > 0; axis++) {
-                    size_t left = plan->n[axis] - at[axis] * VIT_BRICK;
-                    voxels *= left < VIT_BRICK ? left : VIT_BRICK;
-                    in = in && at[axis] >= first[axis] && at[axis] < end[axis];
-                }
-                *(in ? invisible : outside) += voxels;
-            }
-    }
-    vit_free(cells);
-}
-
-/* Texels that can be drawn into, and so made 0 by clearing a framebuffer (OpenGL ES 3.0 table 3.13 and the extensions'
- * additions to it). */
-static bool can_be_cleared(enum vit_texel texel, const struct vit_caps *caps)
-{
-    switch (texel) {
-    case VIT_TEXEL_R8:
-    case VIT_TEXEL_RGBA8:
-        return true;
-    case VIT_TEXEL_R16:
-    case VIT_TEXEL_R16R16:
-    case VIT_TEXEL_RGBA16:
-        return caps->texture_norm16;
-    case VIT_TEXEL_R16F:
-    case VIT_TEXEL_RGBA16F:
-        return caps->color_buffer_half_float;
-    case VIT_TEXEL_R32F:
-        return caps->color_buffer_float;
-    default:
-        return false;
-    }
-}
-
-/* What the texture is to hold where nothing is sent. low: the highest raw value that is as invisible, INFINITY: any is
- * or texels are classified. False: no such value can be had. */
-static bool set_rest(struct vit_plan *plan, const struct vit_caps *caps, double low, double raw_min)
-{
-    plan->sent_rest_most = isfinite(low) ? (low - plan->raw_origin) * plan->value_per_raw : INFINITY;
-    plan->sent_rest = 0;
-    if (caps->zeroes || plan->sent_rest_most >= 0)
-        return plan->sent_rest_most >= 0 && (caps->zeroes || can_be_cleared(plan->texel, caps));
-    /* Floats, whose 0 is in the middle: whatever the GL rounds, halves of up to 65504 in size hold multiples of 32. */
-    plan->sent_rest = floor((raw_min - plan->raw_origin) * plan->value_per_raw / 32) * 32;
-    return can_be_cleared(plan->texel, caps) && plan->sent_rest >= -65504;
-}
-
-/* What is not sent is 0 in the texture, or what it is cleared to, which has to be as invisible as what should be there:
- * at or below visible_hu[0], not beyond its other end, and not in a gap that a table's entry would be integrated
- * across. Slabs that show anything have a face above visible_hu[0], in a brick that reaches it (by its apron); faces
- * are looked at two slabs further (fitted lines), voxels one further. What is not needed at all may be anything. A
- * classified texel of what is invisible is 0 itself: bricks that hold nothing else need not be sent, and no neighbours
- * of others. */
-void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request)
-{
-    const struct vit_volume_info *info = vit_volume_get_info(request->volume);
-    const struct vit_volume_stats *stats = vit_volume_get_stats(request->volume);
-    const struct emptiness emptiness = emptiness_make(plan, request->volume);
-    const size_t *n = stats->bricks, count = n[0] * n[1] * n[2];
-    const bool pre = plan->classify == VIT_CLASSIFY_PRE;
-    if (plan->path != VIT_PATH_3D || plan->technique != VIT_TECHNIQUE_COMPOSITE || (info->slope <= 0 && !pre) ||
-        vit_plan_keeps(request, VIT_RULE_UNSENT))
-        return;
-    size_t reached = 0;
-    for (size_t brick = 0; brick < count; brick++)
-        reached += pre ? !brick_is_empty(&emptiness, brick) : stats->brick_max[brick] > emptiness.low;
-    bool boxed = false, all_show = pre ? reached == count : stats->raw_min > emptiness.low;
-    for (int axis = 0; axis < 3; axis++)
-        boxed = boxed || plan->need_low[axis] > 0 || plan->need_high[axis] < 1;
-    if ((all_show ? !boxed : !pre && stats->raw_min >= emptiness.low) ||
-        !set_rest(plan, &request->caps, all_show || pre ? INFINITY : emptiness.low, stats->raw_min))
-        return;
-    plan->sent_clears = !request->caps.zeroes;
-    const double voxels = UNSENT_SLACK * 2 * plan->slab_mm / vit_volume_spacing_min_mm(info) + 1;
-    plan->sent_reach = (int)fmin(255, ceil(voxels / VIT_BRICK));
-    uint64_t outside = 0, invisible = 0, bytes = vit_texel_bytes(plan->texel);
-    /* Nobody reads it of the pictures of a frame loop, which have less time than it takes. */
-    if (request->one_view || request->figures)
-        count_unsent(plan, &emptiness, &outside, &invisible);
-    for (int i = plan->left_out_count; i-- > 0 && outside > 0;)
-        if (plan->left_out[i].rule && strcmp(plan->left_out[i].rule, VIT_RULE_OUTSIDE) == 0) {
-            plan->left_out[i].bytes_saved = outside * bytes;
-            outside = 0;
-        }
-    if (reached < count) {
-        vit_plan_leave_out(
-            plan, invisible * bytes, "sending what is invisible",
-            pre ? "%.0f %% of bricks hold nothing that shows"
-                : "%.0f %% of bricks hold nothing as high as what shows; of these only neighbours are sent",
-            100.0 * (double)(count - reached) / (double)count);
-        vit_plan_by_rule(plan, VIT_RULE_UNSENT, 0);
-    }
-}
-
-void vit_plan_sent_bricks(const struct vit_plan *plan, const struct vit_volume *volume, size_t first, size_t end,
-                          uint8_t *cells)
-{
-    const struct emptiness emptiness = emptiness_make(plan, volume);
-    const size_t *n = emptiness.stats->bricks;
-    for (size_t layer = first; layer < end; layer++)
-        sent_layer(plan, &emptiness, layer, cells + (layer - first) * n[0] * n[1]);
 }
 
 void vit_plan_lit_bricks(const struct vit_plan *plan, const struct vit_volume *volume, uint8_t *cells)

@@ -71,8 +71,9 @@ void vit_plan_scale_texels(struct vit_plan *plan, const struct vit_volume *volum
     int ends[2];
     texel_range(plan, volume, ends);
     if (plan->texel == VIT_TEXEL_R16F || plan->texel == VIT_TEXEL_R32F) {
-        /* Half floats hold whole numbers up to 2048 either side of the middle. */
-        plan->raw_origin = floor((ends[0] + ends[1] + 1) / 2.0);
+        /* Half floats hold whole numbers up to 2048 either side of the middle. Others begin at 0, which is what nothing
+         * has to be sent for. */
+        plan->raw_origin = plan->texel == VIT_TEXEL_R32F ? ends[0] : floor((ends[0] + ends[1] + 1) / 2.0);
         plan->value_per_raw = 1;
     } else {
         double full = plan->texel == VIT_TEXEL_R8 ? 255 : 65535;

@@ -115,10 +115,21 @@ void vit_plan_outside(struct vit_plan *plan, const struct vit_plan_request *requ
 
 /* empty.c */
 void vit_plan_empty_border(struct vit_plan *plan, const struct vit_plan_request *request);
-/* Whether the GL does without what no slab that shows anything looks at; of a plan whose path is chosen. */
-void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request);
+/* What is asked of every brick, in raw values; of a plan whose visible_hu is known. */
+struct vit_emptiness {
+    const struct vit_transfer *transfer;
+    const struct vit_volume_info *info;
+    const struct vit_volume_stats *stats;
+    double low, high; /* at or below, at or above: invisible */
+    bool gaps;        /* something between may be invisible too */
+};
+struct vit_emptiness vit_plan_emptiness(const struct vit_plan *plan, const struct vit_volume *volume);
+bool vit_plan_brick_is_empty(const struct vit_emptiness *e, size_t brick);
 /* Slabs per pass, and whether passes end at once where there is nothing to see. */
 void vit_plan_passes(struct vit_plan *plan, const struct vit_plan_request *request);
+
+/* unsent.c: whether the GL does without what no slab that shows anything looks at; of a plan whose path is chosen. */
+void vit_plan_unsent(struct vit_plan *plan, const struct vit_plan_request *request);
 
 /* bytes.c: of 3D textures. What the RMS error of an unlit picture with texels of 8 bits is at most, about; of a request
  * with a histogram. tests/gl/rules_test. */

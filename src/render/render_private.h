@@ -171,13 +171,36 @@ VIT_NODISCARD bool vit_light2d_prepare(struct vit_gl *gl, struct vit_light2d *li
                                        const struct vit_plan *plan, struct vit_staging *staging);
 void vit_light2d_clear(struct vit_light2d *light);
 
-/* What a texture holds that is not whole: at least vit_plan_sent_bricks of plans whose visible_hu[0] is no less, whose
- * reach is no more, and which need nothing outside this box. reach 0: of none. */
+/* sent.c: which bricks textures hold that need not be whole: at least vit_plan_sent_bricks of plans whose visible_hu[0]
+ * is no less, whose reach is no more, and which need nothing outside this box. reach 0: of none. */
 struct vit_sent {
+    uint8_t *bricks; /* those that are there (255); NULL: all */
+    bool blank;      /* of which the others hold `rest` */
+    double rest;
     double hu;
-    int reach;
+    int reach[3];
     double low[3], high[3];
 };
+/* Whether what is not sent can stay as it is. */
+bool vit_sent_is_blank(const struct vit_sent *sent, const struct vit_plan *plan);
+/* Of textures that were just allocated; that were cleared to plan->sent_rest, or not (good); whose texels are of
+ * another kind, or nobody knows which. */
+void vit_sent_new(struct vit_sent *sent, const struct vit_gl *gl, const struct vit_plan *plan);
+void vit_sent_cleared(struct vit_sent *sent, const struct vit_plan *plan, bool good);
+void vit_sent_forget(struct vit_sent *sent);
+/* Of textures into which what this plan wants was sent, while layers followed each other. */
+void vit_sent_ask(struct vit_sent *sent, const struct vit_plan *plan);
+/* Whether all that the plan wants to be sent has been. */
+bool vit_sent_enough(const struct vit_sent *sent, const struct vit_plan *plan);
+/* What there is to be sent; its bricks NULL: everything. Never less than was sent before: views that move and those at
+ * rest ask for different things, by turns. anew: what is there too, which is of another light. False: out of memory
+ * (logged). */
+VIT_NODISCARD bool vit_sent_missing(const struct vit_gl *gl, const struct vit_sent *sent,
+                                    const struct vit_volume *volume, const struct vit_plan *plan, bool anew,
+                                    struct vit_sent *missing);
+/* After that was sent. */
+void vit_sent_add(struct vit_sent *sent, struct vit_sent *missing, const struct vit_volume *volume);
+
 /* texture3d.c: the volume as one 3D texture, classified texels or HU. */
 struct vit_texture3d {
     GLuint texture;
@@ -186,9 +209,6 @@ struct vit_texture3d {
     size_t n[3];
     uint64_t made_from, lit_from;
     uint64_t bytes;
-    uint8_t *bricks; /* those that are there (255); NULL: all */
-    bool blank;      /* of which the others hold `rest` */
-    double rest;
     struct vit_sent sent;
     /* While layers of bricks follow each other: how many were looked at, and room for what is sent. */
     bool follows;
@@ -293,18 +313,23 @@ struct vit_tiles {
     void (*line)(const void *user, const struct vit_texels_line *line, unsigned char *out);
     const void *user;
 };
-/* Runs of tiles, one after the other: `count` from `first` on of brick `texture`. */
+/* A run of tiles: `count` from `first` on of brick `texture`; of them texels [low, high) across and down, counted from
+ * the brick's first. */
 struct vit_tiles_part {
-    size_t low[2], high[2]; /* texels [low, high) across and down, counted from the brick's first */
+    size_t low[2], high[2];
 };
-struct vit_tiler {
+struct vit_tiles_run {
     const struct vit_tiles *tiles;
     size_t texture, first, count;
-    struct vit_tiles_part part; /* of those that hold anything wanted, the one whose turn it is */
-    struct vit_pieces pieces;
-    size_t piece;
+    struct vit_tiles_part part;
     struct vit_stack_brick brick;
     size_t stride[3]; /* of the volume, by axis */
+};
+/* Runs, one after the other. */
+struct vit_tiler {
+    struct vit_tiles_run run;
+    struct vit_pieces pieces; /* of these tiles, those that hold anything wanted; `piece`: the next one's turn */
+    size_t piece;
     size_t batch, chunk_bytes;
 };
 /* In runs of about so many bytes, a tile at least: chunk_bytes of what is returned. */
@@ -312,8 +337,8 @@ struct vit_tiler vit_tiles_begin(const struct vit_tiles *tiles, size_t chunk_byt
 /* The next run, at first the first; false: that was all. */
 VIT_NODISCARD bool vit_tiles_next(struct vit_tiler *tiler);
 /* Its texels. Touches no GL, and nothing but `out`. */
-void vit_tiles_fill(const struct vit_tiler *tiler, bool parallel, unsigned char *out);
-void vit_tiles_put(const struct vit_tiler *tiler, const unsigned char *staging, const GLuint *textures);
+void vit_tiles_fill(const struct vit_tiles_run *run, unsigned char *out);
+void vit_tiles_put(const struct vit_tiles_run *run, const unsigned char *staging, const GLuint *textures);
 /* All of them into textures by brick. False: out of memory or cancelled (logged). */
 VIT_NODISCARD bool vit_tiles_send(struct vit_gl *gl, const struct vit_tiles *tiles, const GLuint *textures,
                                   const struct vit_progress *progress);
@@ -327,6 +352,7 @@ struct vit_stack {
     size_t count;
     enum vit_texel texel;
     struct vit_stack_layout layout;
+    struct vit_sent sent;         /* of texels */
     uint64_t made_from, lit_from; /* lit_from: of texels that are lit, or of their light */
     bool in_texels;
 };
@@ -368,6 +394,8 @@ struct vit_stack_source {
 /* How a plane's textures are filled. */
 struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stack,
                                  const struct vit_stack_source *source, int plane);
+/* Whether it holds all that the plan wants of its texels, whatever their light is. */
+bool vit_stack_has_texels(const struct vit_stack *stack, const struct vit_plan *plan);
 /* Planes that a picture by this plan draws from. */
 bool vit_stack_has_plane(const struct vit_plan *plan, int plane);
 /* Textures of all planes as the layout has them; what they hold may be old. False (logged): no memory; none is left. */

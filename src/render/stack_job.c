@@ -13,7 +13,7 @@
 #define NICE 10
 
 struct slot {
-    struct vit_tiler tiler;
+    struct vit_tiles_run run;
     int plane;
     unsigned char *bytes;
     bool full;
@@ -23,6 +23,8 @@ struct vit_stack_job {
     /* set before the thread begins */
     struct vit_gl *gl;
     struct vit_stack stack; /* the loop's thread */
+    const struct vit_volume *volume;
+    struct vit_sent missing; /* of its texels */
     struct vit_plan plan;
     struct vit_texels texels;
     struct vit_shade shade; /* frozen: the loop goes on lighting what it draws */
@@ -69,8 +71,8 @@ static void *make_runs(void *user)
             going = wait_for(job, slot);
             if (!going)
                 break;
-            vit_tiles_fill(&tiler, false, slot->bytes);
-            slot->tiler = tiler;
+            vit_tiles_fill(&tiler.run, slot->bytes);
+            slot->run = tiler.run;
             slot->plane = plane;
             pthread_mutex_lock(&job->mutex);
             slot->full = true;
@@ -87,20 +89,24 @@ static void *make_runs(void *user)
 /* ---- the loop's thread ------------------------------------------------------------------------------------------- */
 
 /* What is filled, and room for its runs. */
-static bool set_up(struct vit_stack_job *job, const struct vit_volume *volume, const struct vit_shade *shade)
+static bool set_up(struct vit_stack_job *job, const struct vit_shade *shade)
 {
     const struct vit_plan *plan = &job->plan;
+    const struct vit_volume *volume = job->volume;
+    const bool lit = plan->light.in_texels || job->stack.in_texels;
+    const bool kept = !lit && vit_stack_has_texels(&job->stack, plan);
     size_t bytes = 0;
-    bool good = vit_texels_make(&job->texels, volume, plan) && vit_shade_freeze(shade, &job->shade);
+    bool good = kept || vit_sent_missing(job->gl, &job->stack.sent, volume, plan, lit, &job->missing);
+    good = good && vit_texels_make(&job->texels, volume, plan) && vit_shade_freeze(shade, &job->shade);
     job->source = (struct vit_stack_source){&job->texels, &job->shade, plan, vit_volume_samples(volume),
                                             vit_volume_get_info(volume)->sample};
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++) {
-        bool kept = plane == VIT_STACK_TEXELS && job->stack.made_from == job->made_from && !plan->light.in_texels &&
-                    !job->stack.in_texels;
-        job->fills[plane] = job->stack.textures[plane] && !kept;
+        job->fills[plane] = job->stack.textures[plane] && (plane != VIT_STACK_TEXELS || !kept);
         if (!job->fills[plane])
             continue;
         job->tiles[plane] = vit_stack_tiles(job->gl, &job->stack, &job->source, plane);
+        if (plane == VIT_STACK_TEXELS)
+            job->tiles[plane].wanted = job->missing.bricks;
         size_t chunk = vit_tiles_begin(&job->tiles[plane], RUN_BYTES).chunk_bytes;
         bytes = chunk > bytes ? chunk : bytes;
     }
@@ -121,6 +127,7 @@ struct vit_stack_job *vit_stack_job_begin(struct vit_gl *gl, struct vit_stack *s
         return NULL;
     }
     job->gl = gl;
+    job->volume = volume;
     job->plan = *plan;
     job->made_from = vit_texels_hash(plan);
     job->stack = *stack;
@@ -129,7 +136,7 @@ struct vit_stack_job *vit_stack_job_begin(struct vit_gl *gl, struct vit_stack *s
     pthread_cond_init(&job->sent, NULL);
     if (!vit_stack_allocate(gl, &job->stack, plan, layout))
         goto fail;
-    if (!set_up(job, volume, shade) || vit_fault() || pthread_create(&job->thread, NULL, make_runs, job)) {
+    if (!set_up(job, shade) || vit_fault() || pthread_create(&job->thread, NULL, make_runs, job)) {
         vit_error(vit_gl_log(gl), "stack: no memory or no thread to make it beside the frames");
         goto fail;
     }
@@ -161,7 +168,7 @@ bool vit_stack_job_send(struct vit_stack_job *job, double ms)
             job->done = finished;
             return finished;
         }
-        vit_tiles_put(&slot->tiler, slot->bytes, job->stack.textures[slot->plane]);
+        vit_tiles_put(&slot->run, slot->bytes, job->stack.textures[slot->plane]);
         job->next = (job->next + 1) % SLOTS;
         pthread_mutex_lock(&job->mutex);
         slot->full = false;
@@ -206,6 +213,8 @@ static void stop(struct vit_stack_job *job)
 static void hand_over(struct vit_stack_job *job, struct vit_stacks *stacks)
 {
     struct vit_stack *stack = &stacks->stack[job->stack.layout.axis];
+    if (job->fills[VIT_STACK_TEXELS])
+        vit_sent_add(&job->stack.sent, &job->missing, job->volume);
     job->stack.made_from = job->made_from;
     job->stack.lit_from = vit_stack_lit_from(&job->shade, &job->plan);
     job->stack.in_texels = job->plan.light.in_texels;
@@ -225,6 +234,7 @@ void vit_stack_job_end(struct vit_stack_job **job_pointer, struct vit_stacks *st
         vit_stack_clear(&job->stack);
     for (size_t i = 0; i < SLOTS; i++)
         vit_free(job->slot[i].bytes);
+    vit_free(job->missing.bricks);
     vit_texels_clear(&job->texels);
     vit_shade_thaw(&job->shade);
     pthread_cond_destroy(&job->sent);

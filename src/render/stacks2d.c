@@ -61,6 +61,7 @@ void vit_stack_clear(struct vit_stack *stack)
 {
     for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
         plane_clear(stack, plane);
+    vit_free(stack->sent.bricks);
     *stack = (struct vit_stack){0};
 }
 
@@ -108,6 +109,17 @@ static bool allocate_plane(struct vit_gl *gl, struct vit_stack *stack, int plane
     return true;
 }
 
+/* What is not sent may not be other texels': where nothing can be cleared, new textures are 0. */
+static void drop_others(struct vit_stack *stack, const struct vit_plan *plan)
+{
+    if (stack->made_from != vit_texels_hash(plan)) {
+        vit_sent_forget(&stack->sent);
+        stack->made_from = 0;
+    }
+    if (plan->sent_reach[0] > 0 && !stack->made_from && !plan->sent_clears)
+        plane_clear(stack, VIT_STACK_TEXELS);
+}
+
 bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct vit_plan *plan,
                         const struct vit_stack_layout *layout)
 {
@@ -117,6 +129,7 @@ bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct
     for (int plane = VIT_STACK_LIGHT; plane < VIT_STACK_PLANE_COUNT; plane++)
         if (!same_light || !vit_stack_has_plane(plan, plane))
             plane_clear(stack, plane);
+    drop_others(stack, plan);
     stack->count = layout->bricks[0] * layout->bricks[1] * layout->bricks[2];
     stack->texel = plan->texel;
     stack->layout = *layout;
@@ -128,7 +141,12 @@ bool vit_stack_allocate(struct vit_gl *gl, struct vit_stack *stack, const struct
             return false;
         }
         stack->lit_from = 0;
+        if (plane == VIT_STACK_TEXELS)
+            vit_sent_new(&stack->sent, gl, plan);
     }
+    if (plan->sent_clears && !stack->made_from)
+        vit_sent_cleared(&stack->sent, plan,
+                         vit_gl_clear_2d(stack->textures[VIT_STACK_TEXELS], stack->count, plan->sent_rest));
     return true;
 }
 
@@ -215,23 +233,46 @@ struct vit_tiles vit_stack_tiles(struct vit_gl *gl, const struct vit_stack *stac
     return tiles;
 }
 
+/* wanted: bricks; NULL: everything. */
 static bool fill_plane(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
-                       const struct vit_stack_source *source, int plane, bool only_light,
+                       const struct vit_stack_source *source, int plane, const uint8_t *wanted,
                        const struct vit_progress *progress)
 {
     struct vit_tiles tiles = vit_stack_tiles(gl, stack, source, plane);
     tiles.staging = &stacks->staging;
-    if (only_light)
-        tiles.wanted = source->shade->wanted;
+    tiles.wanted = wanted;
     return vit_tiles_send(gl, &tiles, stack->textures[plane], progress);
 }
 
 static bool fill_light(struct vit_gl *gl, struct vit_stacks *stacks, const struct vit_stack *stack,
                        const struct vit_stack_source *source, const struct vit_progress *progress)
 {
-    return fill_plane(gl, stacks, stack, source, VIT_STACK_LIGHT, true, progress) &&
-           (!stack->textures[VIT_STACK_SHINE] ||
-            fill_plane(gl, stacks, stack, source, VIT_STACK_SHINE, true, progress));
+    const uint8_t *lit = source->shade->wanted;
+    return fill_plane(gl, stacks, stack, source, VIT_STACK_LIGHT, lit, progress) &&
+           (!stack->textures[VIT_STACK_SHINE] || fill_plane(gl, stacks, stack, source, VIT_STACK_SHINE, lit, progress));
+}
+
+bool vit_stack_has_texels(const struct vit_stack *stack, const struct vit_plan *plan)
+{
+    return stack->made_from == vit_texels_hash(plan) && vit_sent_enough(&stack->sent, plan);
+}
+
+/* What is missing of its texels, or is of another light. */
+static bool fill_texels(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack *stack,
+                        const struct vit_stack_source *source, const struct vit_volume *volume,
+                        const struct vit_progress *progress)
+{
+    const struct vit_plan *plan = source->plan;
+    const bool there = vit_stack_has_texels(stack, plan), lit = stack->in_texels || plan->light.in_texels;
+    struct vit_sent missing = {0};
+    if (there && stack->in_texels && plan->light.in_texels)
+        return fill_plane(gl, stacks, stack, source, VIT_STACK_TEXELS, source->shade->wanted, progress);
+    bool good = vit_sent_missing(gl, &stack->sent, volume, plan, lit, &missing) &&
+                fill_plane(gl, stacks, stack, source, VIT_STACK_TEXELS, missing.bricks, progress);
+    if (good)
+        vit_sent_add(&stack->sent, &missing, volume);
+    vit_free(missing.bricks);
+    return good;
 }
 
 /* Stacks of other views stay as long as they are of use and there is room for them. */
@@ -269,23 +310,22 @@ uint64_t vit_stack_lit_from(const struct vit_shade *shade, const struct vit_plan
 
 /* Whatever of a stack is not as the plan has it; `texels` are made when they are first needed. */
 static bool fill(struct vit_gl *gl, struct vit_stacks *stacks, struct vit_stack *stack, struct vit_texels *texels,
-                 const struct vit_stack_source *source, const struct vit_volume *volume, uint64_t made_from,
+                 const struct vit_stack_source *source, const struct vit_volume *volume,
                  const struct vit_progress *progress)
 {
     const struct vit_plan *plan = source->plan;
     uint64_t lit_from = vit_stack_lit_from(source->shade, plan);
     bool in_texels = plan->light.in_texels, apart = stack->textures[VIT_STACK_LIGHT];
-    bool same = stack->made_from == made_from, same_light = stack->lit_from == lit_from;
-    bool good = true;
-    if (!same || (in_texels != stack->in_texels) || (in_texels && !same_light)) {
+    bool same_light = stack->lit_from == lit_from, good = true;
+    if (!vit_stack_has_texels(stack, plan) || (in_texels != stack->in_texels) || (in_texels && !same_light)) {
         if (!texels->entries && !vit_texels_make(texels, volume, plan)) {
             vit_error(vit_gl_log(gl), "out of memory for the texel table");
             return false;
         }
-        good = fill_plane(gl, stacks, stack, source, VIT_STACK_TEXELS, same && in_texels && stack->in_texels, progress);
+        good = fill_texels(gl, stacks, stack, source, volume, progress);
     }
     good = good && (!apart || same_light || fill_light(gl, stacks, stack, source, progress));
-    stack->made_from = good ? made_from : 0;
+    stack->made_from = good ? vit_texels_hash(plan) : 0;
     stack->lit_from = good ? lit_from : 0;
     stack->in_texels = in_texels;
     return good;
@@ -313,7 +353,7 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
         if (!good)
             break;
         set_filter(stack, plan);
-        good = fill(gl, stacks, stack, &texels, &source, volume, made_from, progress);
+        good = fill(gl, stacks, stack, &texels, &source, volume, progress);
     }
     vit_texels_clear(&texels);
     return good;
@@ -323,11 +363,10 @@ bool vit_stacks_prepare(struct vit_gl *gl, struct vit_stacks *stacks, const stru
 
 unsigned vit_stacks_there(const struct vit_stacks *stacks, const struct vit_plan *plan)
 {
-    uint64_t made_from = vit_texels_hash(plan);
     unsigned axes = 0;
     for (int axis = 0; axis < 3; axis++) {
         const struct vit_stack *stack = &stacks->stack[axis];
-        bool there = stack->count > 0 && stack->made_from == made_from;
+        bool there = stack->count > 0 && vit_stack_has_texels(stack, plan);
         for (int plane = 0; plane < VIT_STACK_PLANE_COUNT; plane++)
             there = there && (stack->textures[plane] || !vit_stack_has_plane(plan, plane));
         axes |= there ? 1u << axis : 0;

@@ -84,108 +84,32 @@ static bool allocate_new(struct vit_gl *gl, struct vit_texture3d *texture, const
     texture->texel = plan->texel;
     memcpy(texture->n, plan->n, sizeof texture->n);
     texture->bytes = plan->texture_bytes;
-    texture->blank = vit_gl_caps(gl)->zeroes && !plan->sent_clears;
+    vit_sent_new(&texture->sent, gl, plan);
     return true;
-}
-
-/* Whether what is not sent can stay as it is. */
-static bool is_blank(const struct vit_texture3d *texture, const struct vit_plan *plan)
-{
-    return plan->sent_reach > 0 && texture->blank && texture->rest <= plan->sent_rest_most;
 }
 
 /* Bound. What is not sent may not be other texels': where nothing can be cleared, a new texture is 0. */
 static bool allocate(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_plan *plan)
 {
-    const bool blanks = plan->sent_reach > 0 && !texture->made_from;
+    const bool blanks = plan->sent_reach[0] > 0 && !texture->made_from;
     bool fits =
         texture->texture && texture->texel == plan->texel && memcmp(texture->n, plan->n, sizeof texture->n) == 0;
-    fits = fits && (!blanks || plan->sent_clears || is_blank(texture, plan));
+    fits = fits && (!blanks || plan->sent_clears || vit_sent_is_blank(&texture->sent, plan));
     if (!fits && !allocate_new(gl, texture, plan)) {
         vit_texture3d_clear(texture);
         return false;
     }
     glBindTexture(texture->target, texture->texture);
-    if (blanks && !is_blank(texture, plan)) {
-        texture->blank = vit_gl_es3_clear_3d(gl, texture->texture, plan->n[2], plan->sent_rest);
-        texture->rest = plan->sent_rest;
-    }
+    if (blanks && !vit_sent_is_blank(&texture->sent, plan))
+        vit_sent_cleared(&texture->sent, plan, vit_gl_es3_clear_3d(gl, texture->texture, plan->n[2], plan->sent_rest));
     return true;
 }
 
 /* Texels of another kind, or nobody knows which, are no use. */
 static void forget_texels(struct vit_texture3d *texture)
 {
-    vit_free(texture->bricks);
-    texture->bricks = NULL;
+    vit_sent_forget(&texture->sent);
     texture->made_from = texture->lit_from = 0;
-    texture->blank = false;
-}
-
-static struct vit_sent sent_of(const struct vit_plan *plan)
-{
-    struct vit_sent sent = {.hu = plan->visible_hu[0], .reach = plan->sent_reach};
-    memcpy(sent.low, plan->need_low, sizeof sent.low);
-    memcpy(sent.high, plan->need_high, sizeof sent.high);
-    return sent;
-}
-
-/* Whether all that the plan wants to be sent has been. */
-static bool sent_enough(const struct vit_texture3d *texture, const struct vit_plan *plan)
-{
-    const struct vit_sent *there = &texture->sent;
-    bool enough = is_blank(texture, plan) && plan->sent_reach <= there->reach && plan->visible_hu[0] >= there->hu;
-    for (int axis = 0; axis < 3; axis++)
-        enough = enough && plan->need_low[axis] >= there->low[axis] && plan->need_high[axis] <= there->high[axis];
-    return !texture->bricks || enough;
-}
-
-/* What there is to be sent, of which texture->bricks are there already. bricks NULL: everything. */
-struct missing {
-    uint8_t *bricks;
-    size_t count;
-    struct vit_sent sent;
-};
-
-/* Never less than was sent before: views that move and those at rest ask for different things, by turns. relit: what is
- * there is of another light. False: out of memory (logged). */
-static bool missing_find(const struct vit_gl *gl, const struct vit_texture3d *texture, const struct vit_volume *volume,
-                         const struct vit_plan *plan, bool relit, struct missing *missing)
-{
-    const size_t *n = vit_volume_get_stats(volume)->bricks;
-    struct vit_plan wider = *plan;
-    *missing = (struct missing){NULL, n[0] * n[1] * n[2], {0}};
-    if (!is_blank(texture, plan))
-        return true;
-    missing->bricks = vit_alloc(missing->count, 1);
-    if (!missing->bricks) {
-        vit_error(vit_gl_log(gl), "out of memory for the bricks that are sent");
-        return false;
-    }
-    if (texture->bricks && texture->sent.reach > 0) {
-        wider.visible_hu[0] = fmin(plan->visible_hu[0], texture->sent.hu);
-        wider.sent_reach = plan->sent_reach > texture->sent.reach ? plan->sent_reach : texture->sent.reach;
-        for (int axis = 0; axis < 3; axis++) {
-            wider.need_low[axis] = fmin(plan->need_low[axis], texture->sent.low[axis]);
-            wider.need_high[axis] = fmax(plan->need_high[axis], texture->sent.high[axis]);
-        }
-    }
-    missing->sent = sent_of(&wider);
-    vit_plan_sent_bricks(&wider, volume, 0, n[2], missing->bricks);
-    for (size_t brick = 0; texture->bricks && !relit && brick < missing->count; brick++)
-        missing->bricks[brick] = texture->bricks[brick] ? 0 : missing->bricks[brick];
-    return true;
-}
-
-/* After what was missing has been sent. */
-static void note_sent(struct vit_texture3d *texture, struct missing *missing)
-{
-    for (size_t brick = 0; missing->bricks && texture->bricks && brick < missing->count; brick++)
-        missing->bricks[brick] |= texture->bricks[brick];
-    vit_free(texture->bricks);
-    texture->bricks = missing->bricks;
-    texture->sent = missing->sent;
-    missing->bricks = NULL;
 }
 
 static void stop_following(struct vit_texture3d *texture)
@@ -208,16 +132,16 @@ bool vit_texture3d_prepare(struct vit_gl *gl, struct vit_texture3d *texture, con
     vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
     const uint64_t lit = plan->light.in_texels ? shade->table_from : 0;
     const bool same = texture->made_from == hash, only_light = same && texture->lit_from && lit;
-    const bool there = same && sent_enough(texture, plan);
+    const bool there = same && vit_sent_enough(&texture->sent, plan);
     if (there && (texture->lit_from == lit || (only_light && plan->light.stays)))
         return true;
-    struct missing missing = {0};
-    bool good = there || missing_find(gl, texture, volume, plan, texture->lit_from != lit, &missing);
+    struct vit_sent missing = {0};
+    bool good = there || vit_sent_missing(gl, &texture->sent, volume, plan, texture->lit_from != lit, &missing);
     const struct part part = {
         .end = plan->n[2], .wanted = there && only_light ? shade->wanted : missing.bricks, .shade = shade};
     good = good && upload(gl, texture->target, &part, volume, plan, progress);
     if (good && !there)
-        note_sent(texture, &missing);
+        vit_sent_add(&texture->sent, &missing, volume);
     vit_free(missing.bricks);
     texture->made_from = hash;
     texture->lit_from = lit;
@@ -236,8 +160,8 @@ bool vit_texture3d_begin(struct vit_gl *gl, struct vit_texture3d *texture, const
     if (!allocate(gl, texture, plan))
         return false;
     vit_texture_filter(texture->target, plan->filter != VIT_FILTER_NEAREST);
-    texture->bricks = vit_alloc_zero(n[0] * n[1] * n[2], 1);
-    if (!texture->bricks) /* then it is filled when it is prepared */
+    texture->sent.bricks = vit_alloc_zero(n[0] * n[1] * n[2], 1);
+    if (!texture->sent.bricks) /* then it is filled when it is prepared */
         return true;
     texture->made_from = vit_texels_hash(plan);
     texture->follows = true;
@@ -248,23 +172,23 @@ bool vit_texture3d_begin(struct vit_gl *gl, struct vit_texture3d *texture, const
 static void end_following(struct vit_texture3d *texture, const struct vit_plan *plan, size_t bricks)
 {
     stop_following(texture);
-    texture->sent = sent_of(plan);
-    if (memchr(texture->bricks, 0, bricks))
+    vit_sent_ask(&texture->sent, plan);
+    if (memchr(texture->sent.bricks, 0, bricks))
         return;
-    vit_free(texture->bricks);
-    texture->bricks = NULL;
+    vit_free(texture->sent.bricks);
+    texture->sent.bricks = NULL;
 }
 
 bool vit_texture3d_follow(struct vit_gl *gl, struct vit_texture3d *texture, const struct vit_volume *volume,
                           const struct vit_plan *plan, size_t layers)
 {
-    const bool some = is_blank(texture, plan);
+    const bool some = vit_sent_is_blank(&texture->sent, plan);
     const size_t *n = vit_volume_get_stats(volume)->bricks, layer = n[0] * n[1];
-    const size_t reach = some ? (size_t)plan->sent_reach : 0;
+    const size_t reach = some ? (size_t)plan->sent_reach[2] : 0;
     const size_t first = texture->layers, end = layers == n[2] ? layers : layers > reach ? layers - reach : 0;
     if (!texture->follows || end <= first)
         return true;
-    uint8_t *bricks = texture->bricks + first * layer;
+    uint8_t *bricks = texture->sent.bricks + first * layer;
     if (some)
         vit_plan_sent_bricks(plan, volume, first, end, bricks);
     else
@@ -287,7 +211,7 @@ bool vit_texture3d_follow(struct vit_gl *gl, struct vit_texture3d *texture, cons
 void vit_texture3d_clear(struct vit_texture3d *texture)
 {
     glDeleteTextures(1, &texture->texture);
-    vit_free(texture->bricks);
+    vit_free(texture->sent.bricks);
     vit_free(texture->staging.bytes);
     *texture = (struct vit_texture3d){0};
 }

@@ -100,8 +100,13 @@ int main(int argc, char **argv)
     struct job job = {.gl = vit_gl_create(0, NULL), .volume = volume};
     struct vit_preset *preset = vit_preset_create("bone-classic", NULL);
     need(volume && job.gl && preset && vit_preset_set(preset, "shading.model=none", NULL), "set-up");
-    struct vit_plan_request request = {
-        .volume = volume, .view = vit_view_default(), .caps = *vit_gl_caps(job.gl), .path = VIT_PATH_STACKS};
+    static const char *const keep[] = {"unsent"}; /* everything is sent */
+    struct vit_plan_request request = {.volume = volume,
+                                       .view = vit_view_default(),
+                                       .caps = *vit_gl_caps(job.gl),
+                                       .path = VIT_PATH_STACKS,
+                                       .keep = keep,
+                                       .keep_count = VIT_ARRAY_LENGTH(keep)};
     puts("| stack | texels | MB | made, GB/s | sent alone | memcpy |\n|---|---|---:|---:|---:|---:|");
     for (int pre = 0; pre < 2; pre++) {
         need(!pre || vit_preset_set(preset, "sampling.classify=pre", NULL), "preset");

@@ -192,6 +192,37 @@ static void memory_is_kept_to(void **state)
     keep_to(*state, 1);
 }
 
+/* A transfer function shows what was not sent: of the stack that is drawn that goes at once, of others beside the loop,
+ * and of neither anything else. */
+static void what_shows_anew_is_sent_beside(void **state)
+{
+    static const struct vit_transfer_point bright[] = {{300, {0, 0, 0}, 0}, {600, {1, 1, 0.9}, 0.4}};
+    struct fixture *f = *state;
+    struct loop loop = begin(f, VIT_CLASSIFY_SLAB, false, false);
+    const struct vit_transfer all = f->preset.transfer;
+    f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bright;
+    f->preset.transfer.count = VIT_ARRAY_LENGTH(bright);
+    assert_true(rest(&loop, 0) == 0 && rest(&loop, 60) == 0);
+    assert_true(loop.plan.sent_reach[0] > 0);
+    const unsigned there = vit_renderer_stacks_there(f->renderer, &loop.plan);
+    const unsigned drawn = 1u << loop.plan.stacks[0].axis;
+    assert_true(there & ~drawn);
+    f->preset.transfer = all;
+    const int at_once = loop.at_once, sends = loop.sends;
+    frame(&loop, 60, true);
+    assert_true(loop.at_once == at_once + 1 && !loop.plan.makeshift);
+    assert_int_equal(vit_renderer_stacks_there(f->renderer, &loop.plan), drawn);
+    assert_true(rest(&loop, 60) == 0 && rest(&loop, 0) == 0);
+    assert_true(loop.at_once == at_once + 1 && loop.sends > sends);
+    /* What is there stays, whatever shows less. */
+    f->preset.transfer.points = (struct vit_transfer_point *)(uintptr_t)bright;
+    f->preset.transfer.count = VIT_ARRAY_LENGTH(bright);
+    assert_true(rest(&loop, 0) == 0 && rest(&loop, 60) == 0);
+    assert_true(loop.at_once == at_once + 1);
+    assert_int_equal(vit_renderer_stacks_there(f->renderer, &loop.plan) & there, there);
+    vit_renderer_destroy(&loop.alone);
+}
+
 /* Whatever cannot be had, nothing leaks and nothing hangs. */
 static void faults_are_said(void **state)
 {
@@ -225,6 +256,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_at_rest_are_the_views),
         cmocka_unit_test(a_job_may_be_left),
+        cmocka_unit_test(what_shows_anew_is_sent_beside),
         cmocka_unit_test(memory_is_kept_to),
         cmocka_unit_test(faults_are_said),
     };

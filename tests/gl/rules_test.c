@@ -91,6 +91,10 @@ static const struct rule {
     {"opaque-front", 1.0 / 65536, false, true, 2, 1, 0, 1, VIT_PATH_STACKS, false, false, false},
     {"wide-texels", 0.0001, true, false, 1, 1, 0, 1, VIT_PATH_STACKS, false, false, false},
     {"outside", 0, false, false, 2, 1, 0, 1, VIT_PATH_STACKS, true, true, false},
+    {"unsent", 0, false, false, 0, 7, 0, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 1, 2, 1, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 7, 4, 0, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 7, 1, 1, 1, VIT_PATH_STACKS, true, false, true},
 };
 
 /* Noise beside air: what shows is broken up. */
@@ -179,7 +183,7 @@ static struct vit_frame draw(struct fixture *f, const struct rule *rule, const s
     if (wants_speckle(rule))
         assert_int_equal(!(plan.features & VIT_FEATURE(SKIP_EMPTY)), !keep);
     if (strcmp(rule->name, "unsent") == 0)
-        assert_true((plan.sent_reach > 0) == !keep);
+        assert_true((plan.sent_reach[0] > 0) == !keep);
     if (strcmp(rule->name, "outside") == 0)
         assert_true((plan.need_low[0] > 0 || plan.need_high[0] < 0.9) == !keep);
     if (strcmp(rule->name, "unsent") == 0 || strcmp(rule->name, "outside") == 0)
@@ -252,9 +256,13 @@ static void what_is_not_sent_is_cleared(void **state)
         bool wide;
         size_t way;
         int bits;
-    } cases[] = {{"zeroes=0", false, 1, 16}, {"zeroes=0", true, 1, 16},  {"texture_norm16=0", false, 5, 16},
-                 {"zeroes=0", false, 5, 8},  {"zeroes=0", false, 7, 16}, {"texture_norm16=0", false, 7, 16},
-                 {"zeroes=0", false, 7, 8}};
+        bool stacks;
+    } cases[] = {{"zeroes=0", false, 1, 16, false},         {"zeroes=0", true, 1, 16, false},
+                 {"texture_norm16=0", false, 5, 16, false}, {"zeroes=0", false, 5, 8, false},
+                 {"zeroes=0", false, 7, 16, false},         {"texture_norm16=0", false, 7, 16, false},
+                 {"zeroes=0", false, 7, 8, false},          {"zeroes=0", false, 9, 16, true},
+                 {"zeroes=0", true, 2, 16, true},           {"texture_norm16=0", false, 1, 16, true},
+                 {"zeroes=0", false, 5, 8, true},           {"zeroes=0", false, 7, 16, true}};
     /* Without jumps over it nobody would see most of it. */
     static const char *const keep[] = {"unsent", "empty-space", "empty-border", "wide-texels"};
     struct fixture *f = *state;
@@ -269,17 +277,18 @@ static void what_is_not_sent_is_cleared(void **state)
         const struct way *way = &ways[cases[i].way];
         struct vit_caps caps = *vit_gl_caps(f->gl);
         assert_true(vit_caps_limit(&caps, "zeroes=0", NULL) && vit_caps_limit(&caps, cases[i].limit, NULL));
+        assert_true(!cases[i].stacks || vit_caps_limit(&caps, "max_3d_texture_size=0", NULL));
         f->preset.sampling.classify = way->classify;
         f->preset.sampling.texture_bits = cases[i].bits;
         f->keep = keep;
         f->keep_count = cases[i].wide ? 3 : 4;
         struct vit_plan all = fixture_plan(f, way->view, way->projection, way->rate, &caps), other = all;
-        assert_true(fixture_renew(f) && all.sent_reach == 0);
+        assert_true(fixture_renew(f) && all.sent_reach[0] == 0);
         struct vit_frame want = fixture_draw(f, &all);
         f->keep = keep + 1;
         f->keep_count--;
         struct vit_plan plan = fixture_plan(f, way->view, way->projection, way->rate, &caps);
-        assert_true(plan.sent_reach > 0 && plan.sent_clears);
+        assert_true(plan.sent_reach[0] > 0 && plan.sent_clears);
         assert_true(fixture_renew(f));
         struct vit_frame got = fixture_draw(f, &plan);
         double worst = largest_difference(&want, &got);
@@ -293,7 +302,9 @@ static void what_is_not_sent_is_cleared(void **state)
         worst = fmax(worst, largest_difference(&want, &got));
         vit_frame_clear(&got);
         vit_frame_clear(&want);
-        print_message("# %s, cleared: largest difference %.3g\n", vit_texel_name(plan.texel), worst);
+        assert_true((plan.path == VIT_PATH_STACKS) == cases[i].stacks);
+        print_message("# %s, %s, cleared: largest difference %.3g\n", vit_path_name(plan.path),
+                      vit_texel_name(plan.texel), worst);
         assert_true(worst == 0);
     }
     f->keep = NULL;

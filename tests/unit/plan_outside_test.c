@@ -187,10 +187,10 @@ static void what_is_not_needed_is_not_sent(void **state)
         struct vit_plan plan = make(scene, views[v].view, views[v].projection, views[v].zoom, true, true, false);
         size_t first[3], end[3], fewer = 0;
         uint64_t unsent = 0;
-        assert_true(kept.need_low[2] == 0 && kept.need_high[0] == 1 && kept.sent_reach == 1);
+        assert_true(kept.need_low[2] == 0 && kept.need_high[0] == 1 && kept.sent_reach[0] == 1);
         assert_null(find(&kept, "what clip_mm trims away")->rule);
         assert_string_equal(find(&plan, "what clip_mm trims away")->rule, "outside");
-        assert_true(vit_plan_needed(&plan, plan.sent_reach * VIT_BRICK, first, end));
+        assert_true(vit_plan_needed(&plan, plan.sent_reach[0] * VIT_BRICK, first, end));
         vit_plan_sent_bricks(&kept, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], all);
         vit_plan_sent_bricks(&plan, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], cells);
         for (size_t b = 0; b < 9 * 6 * 5; b++) {

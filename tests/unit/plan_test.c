@@ -288,17 +288,24 @@ static void check_ahead(struct vit_plan *plan, uint8_t *cells)
 }
 
 /* All that a slab which shows anything can look at: here the cube's bricks, 2 and 3 of each axis, and neighbours as far
- * as slabs are thick. Only where textures are 0 to begin with or can be cleared, and what is 0 is as invisible. */
+ * as slabs are thick; on stacks, as rays go from slice to slice, further across the finer axes. Only where textures are
+ * 0 to begin with or can be cleared, and what is 0 is as invisible. */
 static void what_is_invisible_is_not_sent(void **state)
 {
     static const struct {
         bool zeroes, keep;
         enum vit_classify classify;
         double rate, first_hu;
-        int reach;
+        int reach; /* on stacks: across; along the third axis a brick less, of voxels twice as long */
         const char *limit;
         enum vit_texel texel;
+        bool stacks;
     } cases[] = {
+        {true, false, VIT_CLASSIFY_SLAB, 1, -1000, 3, NULL, VIT_TEXEL_R16, true},
+        {true, false, VIT_CLASSIFY_SLAB, 0.25, -1000, 4, NULL, VIT_TEXEL_R16, true},
+        {false, false, VIT_CLASSIFY_SLAB, 1, -1000, 3, "texture_half_float_linear=0", VIT_TEXEL_R8R8, true},
+        {false, false, VIT_CLASSIFY_PRE, 1, -1000, 1, NULL, VIT_TEXEL_RGBA16, true},
+        {true, true, VIT_CLASSIFY_SLAB, 1, -1000, 0, NULL, VIT_TEXEL_R16, true},
         {true, false, VIT_CLASSIFY_SLAB, 1, -1000, 1, NULL, VIT_TEXEL_R16},
         {true, false, VIT_CLASSIFY_POST, 1, -1000, 1, NULL, VIT_TEXEL_R16},
         {true, false, VIT_CLASSIFY_SLAB, 0.25, -1000, 3, NULL, VIT_TEXEL_R16},
@@ -319,7 +326,8 @@ static void what_is_invisible_is_not_sent(void **state)
     for (size_t i = 0; i < VIT_ARRAY_LENGTH(cases); i++) {
         struct vit_plan_request request = ask(scene);
         request.caps.zeroes = cases[i].zeroes;
-        request.caps.texture_norm16 = cases[i].texel != VIT_TEXEL_R16F;
+        request.caps.texture_norm16 = cases[i].texel != VIT_TEXEL_R16F && cases[i].texel != VIT_TEXEL_R8R8;
+        request.path = cases[i].stacks ? VIT_PATH_STACKS : VIT_PATH_AUTO;
         assert_true(!cases[i].limit || vit_caps_limit(&request.caps, cases[i].limit, NULL));
         request.keep = keep;
         request.keep_count = cases[i].keep;
@@ -329,7 +337,7 @@ static void what_is_invisible_is_not_sent(void **state)
         scene->points[0].value = cases[i].first_hu < -1000 ? 0.1 : 0;
         struct vit_plan plan = make(scene, &request);
         assert_int_equal(plan.texel, cases[i].texel);
-        assert_int_equal(plan.sent_reach, cases[i].reach);
+        assert_int_equal(plan.sent_reach[0], cases[i].reach);
         assert_true(plan.sent_clears == (cases[i].reach > 0 && !cases[i].zeroes));
         assert_true(leaves_out(&plan, "sending what is invisible") == (cases[i].reach > 0));
         if (cases[i].reach == 0)
@@ -337,10 +345,12 @@ static void what_is_invisible_is_not_sent(void **state)
         vit_plan_sent_bricks(&plan, scene->volume, 0, vit_volume_get_stats(scene->volume)->bricks[2], cells);
         for (int brick = 0; brick < 8 * 6 * 5; brick++) {
             const int at[3] = {brick % 8, brick / 8 % 6, brick / 48};
-            const int reach = cases[i].classify == VIT_CLASSIFY_PRE ? 0 : cases[i].reach;
             bool wanted = true;
-            for (int axis = 0; axis < 3; axis++)
+            for (int axis = 0; axis < 3; axis++) {
+                int reach = cases[i].classify == VIT_CLASSIFY_PRE ? 0 : cases[i].reach;
+                reach -= cases[i].stacks && reach > 0 && axis == 2;
                 wanted = wanted && at[axis] >= 2 - reach && at[axis] <= 3 + reach;
+            }
             assert_int_equal(cells[brick], wanted ? 255 : 0);
         }
         uint8_t layers[2 * 8 * 6]; /* some of them are no others */
