@@ -298,7 +298,7 @@ check: ## what CI runs: lint, rules, gcc, unit, gl, golden, a screen, sanitizers
 check-bins: tests-bins $(KMS_LIB) asan-bins lint-stamps-quick $(BENCH_BIN)
 check-full: check lint clang-bins fuzz-build ## check, then the long ones: clang, screens, sanitizers, fuzzing for a while, tests/golden/full
 	@$(RUN) $(CLANG_RUN) $(ASAN_LONG_RUN) $(ASAN_ONLY) $(call asan_run,$(ASAN_ONLY))
-	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=900 TEST_TIMEOUT=10000 tests/kms/show.sh
+	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=1800 TEST_TIMEOUT=14000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(FUZZ_RUN)
 
 .PHONY: cov bench bench-peers
