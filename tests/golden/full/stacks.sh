@@ -43,6 +43,29 @@ for look in bone lung; do
     if [ -d "$chest" ]; then agree "chest, $look, lit" "$chest" "$most" --preset $look; else tap_skip "chest, $look, lit" "no data"; fi
 done
 
+# NAME INPUT PRESET: pictures of stacks that hold what shows and of whole ones are the same, in ES 3 and ES 2, with bytes
+# only, and where nothing is 0 unless it is cleared
+whole() {
+    without="-GL_OES_texture_3D -GL_OES_texture_float -GL_OES_texture_half_float -GL_OES_texture_float_linear -GL_OES_texture_half_float_linear"
+    for gl in "3.2" "3.2 --gl-limit zeroes=0" "2.0" "2.0 --gl-limit zeroes=0" "2.0 --set sampling.classify=post --gl-limit zeroes=0"; do
+        options="--preset $3 --size 96x96 --path stacks ${gl#* }"
+        [ "$gl" = "${gl#* }" ] && options="--preset $3 --size 96x96 --path stacks"
+        for view in "30,20" "-140,-35 --projection perspective"; do
+            for keep in "" "--keep unsent"; do
+                extensions=
+                [ "${gl%% *}" = 2.0 ] && extensions=$without
+                # shellcheck disable=SC2086
+                MESA_GLES_VERSION_OVERRIDE=${gl%% *} MESA_EXTENSION_OVERRIDE=$extensions \
+                    "$VITRINE" snapshot -q "$2" $options --view $view $keep -o "$d/whole$keep.nrrd" >"$tap_out" 2>&1
+            done
+            tap_run "$1, ES $gl, $view: what is not sent does not show" "$VITRINE" compare "$d/whole.nrrd" "$d/whole--keep unsent.nrrd" --max 0
+            rm -f "$d/whole"*
+        done
+    done
+}
+if [ -n "$cranium" ]; then whole cranium "$cranium" bone; else tap_skip "cranium: what is not sent does not show" "no cranium"; fi
+if [ -d "$chest" ]; then whole chest "$chest" lung; else tap_skip "chest: what is not sent does not show" "no data"; fi
+
 # NAME INPUT: with the cross-fade, the largest change at a switch over the largest elsewhere
 turn() {
     "$VITRINE" report turn "$2" --preset bone-classic --set shading.model=none --size 48x48 -q -o "$d/turn" >"$tap_out" 2>&1
