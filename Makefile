@@ -261,7 +261,7 @@ ASAN_O := $(BUILD)/asan
 ASAN_LONG := $(addprefix $(O)/tests/gl/,beside_test change_test es2_test frames_test ideal_test light_test pipeline_test rules_test \
     shaders_test stacks_test) \
     $(addprefix tests/golden/,report.sh report_stiff.sh snapshot.sh stacks.sh)
-asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=600 VITRINE=$(ASAN_O)/vitrine \
+asan_run = TEST_LABEL=asan TEST_NOTES=0 TEST_TIMEOUT=900 VITRINE=$(ASAN_O)/vitrine \
     $(patsubst $(O)/%,$(ASAN_O)/%,$1) TEST_LABEL= TEST_NOTES=1 TEST_TIMEOUT=300 VITRINE=$(BIN)
 ASAN_RUN = $(call asan_run,$(filter-out $(ASAN_LONG),$(UNIT_BIN) $(GL_BIN) $(GOLDEN)))
 ASAN_LONG_RUN = $(call asan_run,$(filter $(ASAN_LONG),$(GL_BIN) $(GOLDEN)))
@@ -298,7 +298,7 @@ check: ## what CI runs: lint, rules, gcc, unit, gl, golden, a screen, sanitizers
 check-bins: tests-bins $(KMS_LIB) asan-bins lint-stamps-quick $(BENCH_BIN)
 check-full: check lint clang-bins fuzz-build ## check, then the long ones: clang, screens, sanitizers, fuzzing for a while, tests/golden/full
 	@$(RUN) $(CLANG_RUN) $(ASAN_LONG_RUN) $(ASAN_ONLY) $(call asan_run,$(ASAN_ONLY))
-	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=1800 TEST_TIMEOUT=14000 tests/kms/show.sh
+	@$(RUN) KMS_CACHE=$(BUILD)/kms KMS_FULL=1 KMS_LIMIT=3600 TEST_TIMEOUT=20000 tests/kms/show.sh
 	@$(RUN) TEST_TIMEOUT=3600 $(sort $(wildcard tests/golden/full/*.sh)) $(FUZZ_RUN)
 
 .PHONY: cov bench bench-peers

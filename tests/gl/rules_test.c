@@ -91,9 +91,9 @@ static const struct rule {
     {"opaque-front", 1.0 / 65536, false, true, 2, 1, 0, 1, VIT_PATH_STACKS, false, false, false},
     {"wide-texels", 0.0001, true, false, 1, 1, 0, 1, VIT_PATH_STACKS, false, false, false},
     {"outside", 0, false, false, 2, 1, 0, 1, VIT_PATH_STACKS, true, true, false},
-    {"unsent", 0, false, false, 0, 7, 0, 1, VIT_PATH_STACKS, false, false, false},
-    {"unsent", 0, false, false, 1, 2, 1, 1, VIT_PATH_STACKS, false, false, false},
-    {"unsent", 0, false, false, 7, 4, 0, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 1, 5, 0, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 2, 1, 1, 1, VIT_PATH_STACKS, false, false, false},
+    {"unsent", 0, false, false, 8, 2, 0, 1, VIT_PATH_STACKS, false, false, false},
     {"unsent", 0, false, false, 7, 1, 1, 1, VIT_PATH_STACKS, true, false, true},
 };
 
