@@ -14,7 +14,6 @@ void vit_sent_new(struct vit_sent *sent, const struct vit_gl *gl, const struct v
 {
     vit_sent_forget(sent);
     sent->blank = vit_gl_caps(gl)->zeroes && !plan->sent_clears;
-    sent->rest = 0;
 }
 
 void vit_sent_cleared(struct vit_sent *sent, const struct vit_plan *plan, bool good)
@@ -26,7 +25,7 @@ void vit_sent_cleared(struct vit_sent *sent, const struct vit_plan *plan, bool g
 void vit_sent_forget(struct vit_sent *sent)
 {
     vit_free(sent->bricks);
-    *sent = (struct vit_sent){.rest = sent->rest};
+    *sent = (struct vit_sent){0};
 }
 
 void vit_sent_ask(struct vit_sent *sent, const struct vit_plan *plan)
